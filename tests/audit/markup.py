@@ -5,6 +5,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +36,10 @@ def page_problems(html: str) -> list[str]:
         page = read_page(html)
     except ET.ParseError as error:
         return [f"not XML: {error}"]
+    widths = (
+        {sum(int(cell.get("colspan", "1")) for cell in row) for row in table.iter("tr")}
+        for table in page.iter("table")
+    )
     ids = Counter(node.get("id") for node in page.iter() if node.get("id"))
     links = {node.get("href", "") for node in page.iter() if node.get("href", "").startswith("#")}
     framed = {svg for tag in ("figure", "td") for frame in page.iter(tag) for svg in _svgs(frame)}
@@ -45,6 +50,7 @@ def page_problems(html: str) -> list[str]:
         *("a drawing outside of a <figure>" for svg in _svgs(page) if svg not in framed),
         *("a <figure> without a caption" for figure in page.iter("figure")
           if figure.find(".//figcaption") is None),
+        *(f"table {n}: rows of {each} cells" for n, each in enumerate(widths, 1) if len(each) > 1),
         *(f"id {name} is not unique" for name, count in ids.items() if count > 1),
         *(f"{name} leads nowhere" for name in sorted(links) if name[1:] not in ids),
         # Python's values that slipped in.
@@ -57,28 +63,13 @@ def _svgs(node: ET.Element) -> Iterator[ET.Element]:
     return node.iterfind(".//{*}svg")
 
 
-def uneven_tables(html: str) -> list[str]:
-    """Tables whose rows have different numbers of cells."""
-    widths = [
-        {sum(int(cell.get("colspan", "1")) for cell in row) for row in table.iter("tr")}
-        for table in read_page(html).iter("table")
-    ]
-    return [f"table {n}: {each} cells" for n, each in enumerate(widths, 1) if len(each) > 1]
-
-
 class Axis(NamedTuple):
     """An axis of a drawing; extent: of its axes' background along it."""
 
     name: str
     labels: list[str]
-    ticks: list[list[str]]
+    is_numbered: bool
     extent: tuple[float, float]
-
-    @property
-    def is_numbered(self) -> bool:
-        """Whether it has numbers at its ticks, or marks without."""
-        texts = [text for tick in self.ticks for text in tick]
-        return bool(self.ticks) and (not texts or any(re.search(r"\d", x) for x in texts[:3]))
 
     @property
     def has_unit(self) -> bool:
@@ -91,15 +82,13 @@ def axis_problems(html: str) -> list[str]:
     A label may be shared: below the same column, or left of the same row.
     """
     problems = []
-    for svg in _svgs(read_page(html)):
-        for direction in (0, 1):
-            axes = [axis for group in _groups(svg.iter(), "axes_")
-                    for axis in _axes(group, direction)]  # fmt: skip
-            shared = [axis.extent for axis in axes if axis.has_unit]
-            for axis in axes:
-                near = [np.abs(np.subtract(axis.extent, other)).max() < 2 for other in shared]
-                if axis.is_numbered and not any(near):
-                    problems.append(f"{axis.name}: {'xy'[direction]} axis, labels {axis.labels}")
+    for svg, direction in product(_svgs(read_page(html)), (0, 1)):
+        axes = [axis for group in _groups(svg.iter(), "axes_") for axis in _axes(group, direction)]
+        shared = [axis.extent for axis in axes if axis.has_unit]
+        for axis in axes:
+            near = [np.abs(np.subtract(axis.extent, other)).max() < 2 for other in shared]
+            if axis.is_numbered and not any(near):
+                problems.append(f"{axis.name}: {'xy'[direction]} axis, labels {axis.labels}")
     return problems
 
 
@@ -107,12 +96,13 @@ def _axes(group: ET.Element, direction: int) -> Iterator[Axis]:
     """The horizontal (0) or vertical (1) axis of Matplotlib's axes, if there is one."""
     for axis in _groups(group, "matplotlib.axis_")[direction : direction + 1]:
         labels = [text for one in _groups(axis, "text_") for text in _texts(one)]
-        ticks = [_texts(tick) for tick in _groups(axis, "[xy]tick_")]
+        ticks = _groups(axis, "[xy]tick_")
+        texts = [text for tick in ticks for text in _texts(tick)]
+        # There are numbers at its ticks, or marks without.
+        is_numbered = bool(ticks) and (not texts or any(re.search(r"\d", x) for x in texts[:3]))
         background = _groups(group, "patch_")[0].find("{*}path")
-        assert background is not None
-        along = re.findall(r"-?[\d.]+", background.get("d", ""))[direction::2]
-        ends = sorted(map(float, along))
-        yield Axis(group.get("id", ""), labels, ticks, (ends[0], ends[-1]))
+        ends = sorted(map(float, re.findall(r"-?[\d.]+", background.get("d", ""))[direction::2]))
+        yield Axis(group.get("id", ""), labels, is_numbered, (ends[0], ends[-1]))
 
 
 def _groups(nodes: Iterable[ET.Element], name: str) -> list[ET.Element]:

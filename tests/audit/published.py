@@ -2,14 +2,10 @@
 
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import pytest
-
-from crosscheck.audit.claims import study_plan
+from crosscheck.audit.claims.study_plan import StudyPlan
 from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
@@ -17,22 +13,14 @@ from tests.audit.markup import strict_json
 from tests.views.walker import QUANTITY, Fact, Page, Token, is_shown, scale_number
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
-FEW = study_plan.StudyPlan(
-    zetas=(0.005, 0.02),
+# Every kind of experiment of the full plan, in few settings of each reading.
+FEW = StudyPlan(
+    zetas=(0.02,),
     shaken=(0.02,),
     backlashes=(5.0, 500.0),
     errors=(1.6, 6.3),
     back=(0.0, 50.0, 500.0),
 )
-
-
-@contextmanager
-def few_settings(*readings: str) -> Iterator[None]:
-    """Every kind of experiment of the full plan, in few settings of each reading."""
-    with pytest.MonkeyPatch.context() as patch:
-        few = replace(FEW, readings=readings)
-        patch.setattr(study_plan, "FULL", few)
-        yield
 
 
 class Published(NamedTuple):

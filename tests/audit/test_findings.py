@@ -52,7 +52,7 @@ from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import LAW_NAMES, render_template
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
-from tests.audit.planted_runs import ContinuedModel, third
+from tests.audit.test_rule import third
 from tests.loops import require_items
 
 
@@ -82,7 +82,6 @@ def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(sev
     found = thirds(severe)
     assert found.needs_clock is needs
     share = found.share(paper_conditions.PRINTED, "free")
-    assert share is not None
     assert share.yes == severe.get(paper_conditions.PRINTED, 0)
 
 
@@ -141,9 +140,7 @@ def test_the_printed_equations_are_off_by_what_the_derivation_says():
         printed, right = (model.mass_matrix(q) for model in models)
         size = np.sqrt(np.outer(np.diag(printed), np.diag(printed)))
         worst = max(worst, float((np.abs(printed - right) / size).max()))
-    assert found.mass_matrix is not None
     assert 0.98 * worst < found.mass_matrix <= worst * (1 + 1e-6)  # the grid is this fine
-    assert found.acceleration is not None
     assert found.acceleration > found.mass_matrix
     assert all(run.duration_s == 0.002 and run.F_sp_N > 0 for run in found.runs.values())
 
@@ -246,14 +243,15 @@ def test_the_free_clock_at_zero_is_the_model_itself():
     assert np.array_equal(own.a[:, theta, 0], run["theta_ddot"].values)
 
 
-def test_a_run_goes_on_where_another_stopped():
+def test_a_run_goes_on_where_another_stopped(monkeypatch):
     half = replace(SHORT, duration_s=0.01).case()
     before, whole = (
         simulate_motion([PhysicalModel(*half)]),
         simulate_motion([PhysicalModel(*SHORT.case())]),
     )
-    last = before.q[-1, :, 0].copy(), before.v[-1, :, 0].copy()
-    resumed = simulate_motion([ContinuedModel(half, *last)], 0.01)
+    last, continued = (before.q[-1, :, 0].copy(), before.v[-1, :, 0].copy()), PhysicalModel(*half)
+    monkeypatch.setattr(continued, "start", lambda: last)
+    resumed = simulate_motion([continued], 0.01)
     assert np.abs(resumed.q[-1] - whole.q[-1]).max() < 1e-12
 
 

@@ -459,7 +459,6 @@ def test_what_is_no_mesh_stays_in_the_rigid_arm():
 def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
     turning = np.where(SHORT_TIME < 0.35, 1.0, np.where(SHORT_TIME < 0.36, 0.0, -1.0))
     side = events.side_change(SHORT_TIME, turning)
-    assert side is not None
     assert (side.left_s, side.met_s) == pytest.approx((0.349, 0.36), abs=2e-3)
     assert events.side_change(SHORT_TIME, np.cos(2 * np.pi * SHORT_TIME / 0.01)) is None
     early = np.where((SHORT_TIME > 0.3) & (SHORT_TIME < 0.302), -1.0, turning)

@@ -37,12 +37,17 @@ from crosscheck.audit.judging.quantities import (
 )
 from crosscheck.audit.judging.rule import Share
 from crosscheck.audit.measures.thresholds import SEVERE
-from tests.audit.planted_runs import third
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
 YES, NO, EITHER, NONE = rule.State.YES, rule.State.NO, rule.State.BISTABLE, rule.State.UNDEFINED
 EVERY = [Condition(law, z, arm) for law, arm, z in product(LAWS, (LABELLED, SWAPPED), ZETAS)]
 LUMPED_TOO = [*EVERY, *(replace(each, planets="lumped") for each in EVERY)]
+
+
+def third(*sizes: float) -> rule.Answer:
+    """The third fluctuation of starts of these sizes [rad/s^2]."""
+    sample = Sample({"third": np.array(sizes)}, np.zeros(len(sizes), bool))
+    return judge_third_fluctuation(sample)
 
 
 def _place(condition: Condition) -> rule.Place:
@@ -72,11 +77,6 @@ def test_settings_are_counted_and_decide_the_verdict(said, kind, counts):
 
 def test_no_setting_at_all_is_not_simulated():
     assert rule.verdict_of([]).kind == rule.VerdictKind.NOT_SIMULATED
-
-
-def test_a_bistable_setting_beside_clear_ones_of_both_kinds_changes_nothing():
-    assert rule.kind_of([YES, *[NO] * 23]) == rule.VerdictKind.DEPENDS
-    assert rule.kind_of([YES, EITHER, *[NO] * 22]) == rule.VerdictKind.DEPENDS
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,8 @@ import importlib
 import importlib.util
 import inspect
 import json
-import os
+import multiprocessing
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import CodeType
@@ -71,7 +70,10 @@ def traced() -> dict[str, dict[str, list[str]]]:
     sources = importlib.import_module("crosscheck.runner.sources")
     for asked in questions.values():  # files are read for their imports once, not by every child
         sources.find_source_files(type(asked).__module__)
-    return {name: in_child(partial(looked_at, asked)) for name, asked in questions.items()}
+    with multiprocessing.get_context("fork").Pool(1, maxtasksperchild=1) as children:
+        return dict(
+            zip(questions, children.map(looked_at, questions.values(), chunksize=1), strict=True)
+        )
 
 
 def uncompiled(*given: Any, **_: Any) -> Any:
@@ -116,21 +118,6 @@ def looked_at(asked: Any) -> dict[str, list[str]]:
 def note_data(event: str, arguments: tuple[Any, ...]) -> None:
     if event == "open" and str(arguments[0]).endswith(".toml"):
         read.add(Path(arguments[0]))
-
-
-def in_child(work: Callable[[], Any]) -> Any:
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reading)
-        with os.fdopen(writing, "w") as stream:
-            json.dump(work(), stream)
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as stream:
-        text = stream.read()
-    os.waitpid(child, 0)
-    return json.loads(text)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
 """The checks that planted faults must turn red: what each says of a model as it stands."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.checks.trajectories import Pair
+from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.exudyn.bodies import contact
@@ -20,11 +21,10 @@ from tests import planet_laws
 from tests.engines import judge_limits, precise_steps
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
-from tests.faults.costs import cost_is_right
 from tests.faults.measured import numbers_agree
 from tests.faults.planting import Laws, Seen, judge_guard
 from tests.faults.robots import robots_agree, traced_is_kanes
-from tests.faults.views import VIEW_CHECKS
+from tests.faults.views import VIEW_PROBLEMS
 from tests.judged import (
     compare_corners,
     compare_states,
@@ -34,33 +34,28 @@ from tests.judged import (
     same_step,
 )
 from tests.mixed_arms import MIXED, random_states, scenario
+from tests.robots import cost_guard, cost_judge, cost_views
 from tests.studies.observed import wrong_signals
 from tests.studies.plot_numbers import wrong_drawings
 from tests.trial import trial_views
-from tests.trial.unit_ratios import wrong_unit_ratios
 from tests.views.views import judge_views
 
 STATES, SEED = 5, 0
-DRIVES = {
+SINE = {
+    "kind": "sinusoid",
+    "amplitude_N_m": [200.0, 150.0, 40.0],
+    "rate_rad_per_s": [50.0, 70.0, 90.0],
+}
+DRIVES = {  # of three joints
     "pd": {
         "kind": "pd",
         "target_rad": [0.5, -0.3, 0.2],
         "proportional_N_m_per_rad": [1000.0, 800.0, 500.0],
         "derivative_N_m_s_per_rad": [400.0, 300.0, 60.0],
     },
-    "sinusoid": {
-        "kind": "sinusoid",
-        "amplitude_N_m": [200.0, 150.0, 40.0],
-        "rate_rad_per_s": [50.0, 70.0, 90.0],
-        "argument": "time",
-    },
-    "root": {
-        "kind": "sinusoid",
-        "amplitude_N_m": [200.0, 150.0, 40.0],
-        "rate_rad_per_s": [50.0, 70.0, 90.0],
-        "argument": "sqrt_time",
-    },
-    "table": {  # of three joints
+    "sinusoid": {**SINE, "argument": "time"},
+    "root": {**SINE, "argument": "sqrt_time"},
+    "table": {
         "kind": "table",
         "time_s": [0.0, 0.7e-3, 2e-3],
         "torque_N_m": [[0.0, 300.0, -200.0], [100.0, -100.0, 400.0], [30.0, 0.0, -50.0]],
@@ -260,27 +255,6 @@ def _reactions_off(model: ExudynBodies) -> float:
     return off
 
 
-def _judge(seen: Seen) -> str:
-    """Limits of a cross-check's own checks."""
-    return judge_guard(judge_limits.GUARDS[seen.quantity]())
-
-
-def _precise_steps(seen: Seen) -> str:
-    """Steps of chosen length, without contacts and through their changes, and forces' works."""
-    guards = {
-        "": precise_steps.wrong_steps,
-        "impacts": precise_steps.wrong_impacts,
-        "works": precise_steps.wrong_works,
-    }
-    return judge_guard(guards[seen.quantity]())
-
-
-def _trial(seen: Seen) -> str:
-    """Numbers in the views of a trial, and the unit that a part seems to have."""
-    guards = {**trial_views.GUARDS, "units": wrong_unit_ratios}
-    return judge_guard(guards[seen.quantity]())
-
-
 UNLIKE = "unlike planets"
 # How far a model is off, what of it is rounding, and from where on it is a fault.
 PLANETS = {
@@ -291,6 +265,57 @@ PLANETS = {
     "records": (planet_laws.records_off, 1e-10, 1e-6),
     "modes": (planet_laws.modes_off, 1e-6, 1e-4),  # the engine differentiates by differences
     "reactions": (_reactions_off, 1e-13, 1e-6),  # arms of a few metres
+}
+
+
+def _ask_guard(seen: Seen) -> str:
+    """A guard of the check by the quantity, which lists what is wrong."""
+    return judge_guard(GUARDS[seen.check][seen.quantity](seen.arm))
+
+
+@lru_cache
+def _right_cost(name: str) -> ShortcutCosts:
+    """Worked out before any fault is planted; views show it."""
+    return cost_guard.found_cost(name, engines=True)
+
+
+def _wrong_motions(name: str) -> Iterator[str]:
+    for seed in range(2):
+        yield from cost_guard.wrong_motion(cost_guard.robot(name), seed)
+
+
+Guard = Callable[[str], Iterable[str]]  # of the arm or robot that a fault is seen on
+
+
+def _of_none(guards: Mapping[str, Callable[[], Iterable[str]]]) -> dict[str, Guard]:
+    """Guards that have arms and robots of their own."""
+    return {name: lambda _, guard=guard: guard() for name, guard in guards.items()}
+
+
+GUARDS: dict[str, Mapping[str, Guard]] = {
+    "cost": {
+        "numbers": lambda name: cost_guard.wrong_numbers(name, cost_guard.found_cost(name, runs=0)),
+        "runs": lambda name: cost_guard.wrong_numbers(name, cost_guard.found_cost(name)),
+        "tip": cost_guard.wrong_tip,
+        "motion": _wrong_motions,
+        "picture": lambda name: cost_views.wrong_picture(_right_cost(name)),
+        "limits": lambda _: cost_guard.wrong_limits(),
+        "states": lambda _: cost_guard.wrong_states(),
+        "given motion": lambda _: cost_guard.wrong_given(),
+        "steps": lambda _: cost_guard.wrong_steps(),
+        "verdicts": lambda _: cost_judge.wrong_verdicts(),
+        "condition": lambda _: cost_judge.wrong_condition(),
+    },
+    "judge": _of_none(judge_limits.GUARDS),
+    "precise steps": {
+        "": lambda _: precise_steps.wrong_steps(),
+        "impacts": lambda _: precise_steps.wrong_impacts(),
+        "works": lambda _: precise_steps.wrong_works(),
+    },
+    "trial": _of_none(trial_views.GUARDS),
+    "study signals": {"": lambda _: wrong_signals()},
+    "study drawings": {"": lambda _: wrong_drawings()},
+    "view": _of_none(VIEW_PROBLEMS),
 }
 CHECKS: dict[str, Callable[[Seen], str]] = {
     "states": _states,
@@ -307,19 +332,11 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "fused": fused_as_written,
     "robots": robots_agree,
     "traced": traced_is_kanes,
-    "cost": cost_is_right,
     "measured": numbers_agree,
-    "precise steps": _precise_steps,
-    "judge": _judge,
-    "trial": _trial,
-    "study signals": lambda seen: judge_guard(wrong_signals()),
-    "study drawings": lambda seen: judge_guard(wrong_drawings()),
-    **VIEW_CHECKS,
     "walk": judge_views,
+    **dict.fromkeys(GUARDS, _ask_guard),
 }
 # These need compiled functions, or have none.
-COMPILED = (
-    *("refined", "bits", "fused", "robots", "traced", "cost", "measured", "judge", "trial"),
-    *("study drawings", "study signals", "walk"),
-    *VIEW_CHECKS,
-)
+COMPILED = {*GUARDS, "refined", "bits", "fused", "robots", "traced", "measured", "walk"} - {
+    "precise steps"
+}

@@ -39,12 +39,14 @@ class Wrong(NamedTuple):
     more: float = 0.0
 
 
+SCALED = "backlash_m", "tooth_error_m", "stiffness.mean_N_per_m", "stiffness.amplitude_N_per_m"
+SHIFTED = {"phase_rad": 1e-3, "static_error_m": 1e-8, "tooth_error_phase_rad": 1e-3}
+IN_MESHES = dict.fromkeys((*SCALED, "damping_ratio"), 0.0) | SHIFTED
 WRONG = [
     *(Wrong("arm.payload_mass_kg", arm) for arm in ("paper-labelled", "paper-swapped", UNLIKE)),
     Wrong("arm.gravity_m_per_s2.0", more=1e-3),
     Wrong("arm.gravity_m_per_s2.1", more=1e-3),
-    *(Wrong(f"arm.links.*.{name}") for name in ("length_m", "com_m")),
-    *(Wrong(f"arm.links.*.{name}") for name in ("mass_kg", "inertia_kg_m2")),
+    *(Wrong(f"arm.links.*.{n}") for n in ("length_m", "com_m", "mass_kg", "inertia_kg_m2")),
     *(Wrong(f"arm.links.*.{name}", "probe") for name in ("cross_section_m2", "density_kg_per_m3")),
     *(Wrong(f"arm.joints.*.{name}") for name in ("module_m", "pressure_angle_deg")),
     *(Wrong(f"arm.joints.*.{gear}_teeth", more=1) for gear in ("sun", "planet", "ring")),
@@ -56,21 +58,10 @@ WRONG = [
     Wrong("arm.joints.1.motor_mass_kg", DIRECT),
     Wrong("arm.joints.1.rotor_inertia_kg_m2", DIRECT),
     Wrong("arm.joints.*.ring_mesh.damping_N_s_per_m", DIRECT),
-    *(Wrong(f"arm.joints.*.{side}_mesh.backlash_m", "probe") for side in ("sun", "ring")),
-    *(Wrong(f"arm.joints.*.{side}_mesh.tooth_error_m", "probe") for side in ("sun", "ring")),
-    *(
-        Wrong(f"arm.joints.*.{side}_mesh.{name}", "probe")
-        for side in ("sun", "ring")
-        for name in ("stiffness.mean_N_per_m", "stiffness.amplitude_N_per_m", "damping_ratio")
-    ),
     *(
         Wrong(f"arm.joints.*.{side}_mesh.{name}", "probe", more)
         for side in ("sun", "ring")
-        for name, more in (
-            ("phase_rad", 1e-3),
-            ("static_error_m", 1e-8),
-            ("tooth_error_phase_rad", 1e-3),
-        )
+        for name, more in IN_MESHES.items()
     ),
     *(Wrong(f"arm.joints.*.sun_mesh.{name}", APART) for name in ("backlash_m", "tooth_error_m")),
     *(
@@ -82,27 +73,17 @@ WRONG = [
 
 def moved(value: Any, path: list[str], fault: Wrong) -> Any:
     """The record, list or number with what stands at a path off; what has no such field as is."""
-    if value is None:
-        return None
-    if not path:
-        if isinstance(value, tuple):
-            return tuple(moved(each, path, fault) for each in value)
-        if isinstance(value, int) and not fault.more:
-            return value
-        return value + int(fault.more) if isinstance(value, int) else _off(value, fault)
-    first, *rest = path
+    first, *rest = path or ["*"]
     if isinstance(value, tuple):
-        chosen = range(len(value)) if first == "*" else [int(first)]
-        if first == "*" or first.isdigit():
-            return tuple(moved(v, rest, fault) if k in chosen else v for k, v in enumerate(value))
-        return tuple(moved(each, path, fault) for each in value)
-    if not hasattr(value, first):
+        among = first == "*" or first.isdigit()
+        chosen = {int(first)} if first.isdigit() else range(len(value))
+        below = rest if among else path
+        return tuple(moved(v, below, fault) if k in chosen else v for k, v in enumerate(value))
+    if path and hasattr(value, first):
+        return value.model_copy(update={first: moved(getattr(value, first), rest, fault)})
+    if path or value is None or (isinstance(value, int) and not fault.more):
         return value
-    return value.model_copy(update={first: moved(getattr(value, first), rest, fault)})
-
-
-def _off(value: float, fault: Wrong) -> float:
-    return value + fault.more if fault.more else value * OFF
+    return value + type(value)(fault.more) if fault.more else value * OFF
 
 
 def harmed(case: Case, fault: Wrong) -> Case:

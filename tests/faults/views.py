@@ -7,6 +7,7 @@ alone. A few findings are made anew on either side of their tolerance, so that e
 import base64
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,11 +99,6 @@ def of_views(key: Any) -> bool:
     return key.family in STATE_FAMILIES and key.case in where
 
 
-def report_numbers(seen: object = None) -> str:
-    """Whether verdicts, groups and entries of the small run are those of its values."""
-    return "differ" if any(report_problems()) else "agree"
-
-
 def report_problems() -> Iterator[str]:
     """What of the small run's findings does not follow from their numbers, or from the values."""
     made, agreement = records(), make_agreement("arm", False, 1)
@@ -158,16 +154,6 @@ def tip_of(run: xr.Dataset, arm: Arm) -> np.ndarray:
     return np.exp(1j * absolute) @ [link.length_m for link in arm.links]
 
 
-def signal_numbers(seen: object = None) -> str:
-    """Whether the numbers that the page's plots are given are those of the runs."""
-    return "differ" if any(signal_problems()) else "agree"
-
-
-def decoded(stretch: Any, name: str) -> np.ndarray:
-    """The numbers of a line."""
-    return np.frombuffer(base64.b64decode(stretch.data[name]), "<f4")
-
-
 def first_planets(run: xr.Dataset, quantity: str, joint: int) -> np.ndarray:
     """A quantity of a joint, counted from 1, and planet 1, (times,)."""
     values = run[quantity].values
@@ -195,7 +181,7 @@ def signal_problems() -> Iterator[str]:
         if line.model != LEAD:
             own = own - first_planets(made[LEAD], line.quantity, line.joint)
         stretch = found.whole[line.quantity]
-        if not np.array_equal(decoded(stretch, line.name), own.astype("f4")):
+        if not np.array_equal(unpacked(stretch.data[line.name]), own.astype("f4")):
             yield f"{line.name}: values"
         if line.peak != float(np.abs(own).max()):
             yield f"{line.name}: peak {line.peak}"
@@ -211,11 +197,6 @@ def signal_problems() -> Iterator[str]:
     title = f"largest F_sp, joint {joint}"
     if not any(w.title == title and w.begin_s <= at <= w.end_s for w in found.windows):
         yield f"no window {title} at {at}"
-
-
-def figure_numbers(seen: object = None) -> str:
-    """Whether what the report's figures draw are the runs' numbers, in the units of their axes."""
-    return "differ" if any(figure_problems()) else "agree"
 
 
 def drawn_figures(made: Records) -> tuple[Figure, Figure]:
@@ -276,26 +257,16 @@ def line_problems(axes: Any, name: str, time: np.ndarray, expected: np.ndarray) 
         yield f"{axes.get_ylabel()}, {name}: values"
 
 
-def view_numbers(seen: object = None) -> str:
-    """Whether the numbers that `crosscheck view` shows are the run's and the arm's."""
-    return "differ" if any(view_problems()) else "agree"
-
-
 def unpacked(text: str) -> np.ndarray:
     """Numbers of a page."""
     return np.frombuffer(base64.b64decode(text), "<f4")
 
 
-def view_problems() -> Iterator[str]:
-    """What in a run's scene is not as the run has it, by either law of the mesh phase.
+def view_problems(phase: str) -> Iterator[str]:
+    """What in a run's scene is not as the run has it, by a law of the mesh phase.
 
     Planets are unlike; every third record is shown.
     """
-    for phase in ("angle", "omega_t"):
-        yield from _view_problems(phase)
-
-
-def _view_problems(phase: str) -> Iterator[str]:
     made, every = records(), 3
     run, arm = unlike_planets(made.runs[LEAD]), made.arm
     names = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr")
@@ -361,9 +332,9 @@ def same_values(name: str, text: str, expected: np.ndarray, atol: float = 0.0) -
     return () if same else (name,)
 
 
-VIEW_CHECKS: dict[str, Any] = {
-    "report": report_numbers,
-    "signals": signal_numbers,
-    "figures": figure_numbers,
-    "view": view_numbers,
+VIEW_PROBLEMS = {
+    "report": report_problems,
+    "signals": signal_problems,
+    "figures": figure_problems,
+    "scene": lambda: chain.from_iterable(map(view_problems, ("angle", "omega_t"))),
 }

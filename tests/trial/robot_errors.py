@@ -29,29 +29,24 @@ PRODUCT = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0]])
 
 
 # Numbers of a robot that are others.
-def body(number: int, **changed: Callable[[Vector], object]) -> Callable[[Robot], Robot]:
+Change = Callable[[Robot], Robot]
+
+
+def change_one(group: str, number: int, **changed: Callable[[Vector], object]) -> Change:
+    """Other numbers of a body, a rotor or a joint."""
+
     def change(own: Robot) -> Robot:
-        was = own.bodies[number]
+        was = getattr(own, group)[number]
         new = {name: function(getattr(was, name)) for name, function in changed.items()}
-        return put_value(own, ("bodies", number), replace(was, **new))
+        return put_value(own, (group, number), replace(was, **new))
 
     return change
 
 
-def rotor(number: int, **changed: object) -> Callable[[Robot], Robot]:
-    return lambda own: put_value(own, ("rotors", number), replace(own.rotors[number], **changed))
+body, rotor, joint = (partial(change_one, group) for group in ("bodies", "rotors", "joints"))
 
 
-def joint(number: int, **changed: Callable[[Vector], Vector]) -> Callable[[Robot], Robot]:
-    def change(own: Robot) -> Robot:
-        was = own.joints[number]
-        new = {name: function(getattr(was, name)) for name, function in changed.items()}
-        return put_value(own, ("joints", number), replace(was, **new))
-
-    return change
-
-
-def all_bodies(inertia: Callable[[RobotBody], Vector]) -> Callable[[Robot], Robot]:
+def all_bodies(inertia: Callable[[RobotBody], Vector]) -> Change:
     """Another inertia of every link."""
 
     def change(own: Robot) -> Robot:
@@ -80,10 +75,6 @@ def stretch_all_places(own: Robot) -> Robot:
         for j in own.joints
     ]
     return replace(own, joints=tuple(joints))
-
-
-def without_rotor_of_the_last(own: Robot) -> Robot:
-    return replace(own, rotors=own.rotors[:-1])
 
 
 @lru_cache
@@ -142,7 +133,7 @@ SWINGING = chains.robot(chains.BOB, {"swing": chains.geared(-20.0)})
 SLIDING, SIX, PUMA = map(load_robot, ("sliding", "six-joint", "puma560"))
 
 
-def stage(**changed: float) -> Callable[[Robot], Robot]:
+def stage(**changed: float) -> Change:
     def change(own: Robot) -> Robot:
         gears = own.stages[0].gears.model_copy(update=changed)
         return replace(own, stages=(replace(own.stages[0], gears=gears),))
@@ -150,20 +141,20 @@ def stage(**changed: float) -> Callable[[Robot], Robot]:
     return change
 
 
-OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Callable[[Robot], Robot], ...]]] = {
+OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
     "sign of y of the hand's centre of mass": (SLIDING, (body(2, com=lambda c: c * [1, -1, 1]),)),
     "0.3 kg more of the boom": (SLIDING, (body(1, mass=lambda m: m + 0.3),)),
     "Ixz of the hand": (SLIDING, (body(2, inertia=lambda i: i + 0.001 * PRODUCT),)),
-    "sign of the tilt's ratio": (SLIDING, (rotor(2, ratio=-6.0),)),
-    "no rotor of the tilt": (SLIDING, (without_rotor_of_the_last,)),
+    "sign of the tilt's ratio": (SLIDING, (rotor(2, ratio=lambda _: -6.0),)),
+    "no rotor of the tilt": (SLIDING, (lambda own: replace(own, rotors=own.rotors[:-1]),)),
     "9.80665 for 9.81": (SLIDING, (partial(replace, gravity=np.array([0, 0, -9.80665])),)),
     "inertia of the hand about its joint": (
         SLIDING,
         (lambda own: body(2, inertia=lambda _: about_the_joint(own.bodies[2]))(own),),
     ),
     "axis of the tilt the other way": (SLIDING, (joint(2, axis=lambda axis: -axis),)),
-    "ratio by its size, whose sign counts nowhere": (SWINGING, (rotor(0, ratio=-13.0),)),
-    "ratio in turns": (tree(), (rotor(2, ratio=-60.0 / (2 * np.pi)),)),
+    "ratio by its size, whose sign counts nowhere": (SWINGING, (rotor(0, ratio=lambda _: -13.0),)),
+    "ratio in turns": (tree(), (rotor(2, ratio=lambda n: n / (2 * np.pi)),)),
     "inertia of the sun": (STAGED, (stage(sun_inertia_kg_m2=2e-4),)),
     "no spin of planets": (STAGED, (stage(planet_inertia_kg_m2=0.0),)),
     "products of every link negated": (OBLIQUE, (all_bodies(negate_products),)),
@@ -176,7 +167,7 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Callable[[Robot], Robot], ...]]] = {
     "two: pounds, and a sign": (SIX, (body(3, com=mirror), body(5, mass=lambda m: 2.20462 * m))),
     "two: a ratio once, and a sign": (
         SIX,
-        (body(2, com=mirror), rotor(1, inertia=SIX.rotors[1].inertia / 100)),
+        (body(2, com=mirror), rotor(1, inertia=lambda i: i / 100)),
     ),
     "no pair: places of all joints": (SIX, (stretch_all_places,)),
     "no pair: three masses": (
@@ -190,7 +181,7 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Callable[[Robot], Robot], ...]]] = {
 }
 
 
-def of_another(robot: Robot, changes: tuple[Callable[[Robot], Robot], ...]) -> Case:
+def of_another(robot: Robot, changes: tuple[Change, ...]) -> Case:
     """The equations of a robot that differs in what was changed."""
     used = robot
     for change in changes:
@@ -471,7 +462,6 @@ def without_a_mass_in_one_entry() -> Case:
         )
     )
     right = robot_equations(robot, "links")
-    assert right.mass_matrix is not None
     own = right.mass_matrix
     return robot, replace(right, mass_matrix=lambda q: own(q) - np.diag([0.7, 0]))
 
@@ -484,7 +474,6 @@ def gravity_of_two_changes() -> Case:
 
 def noisy_gravity(noise: Callable[[Vector], Vector], level: str = "coupled") -> Case:
     right = robot_equations(SLIDING, level)
-    assert right.gravity is not None
     own = right.gravity
     return SLIDING, replace(right, gravity=lambda q: own(q) + noise(q))
 
@@ -503,8 +492,6 @@ def written_in(
     """
     J = np.array(jacobian, dtype=float)
     moving, offset = (J if rates is None else np.array(rates)), zero * np.eye(len(J))[0]
-    assert own.mass_matrix is not None
-    assert own.bias is not None
     mass, bias = own.mass_matrix, own.bias
     written = Equations(
         lambda x: moving.T @ mass(J @ x + offset) @ moving,
@@ -512,7 +499,6 @@ def written_in(
     )
     if own.gravity is None:
         force = own.force
-        assert force is not None
 
         def carried(x: Vector, v: Vector, torque: Vector) -> Vector:
             return torque + J.T @ force(J @ x, J @ v, 0 * torque)
@@ -526,8 +512,6 @@ def accelerate(own: Equations) -> Equations:
     """The accelerations of M, bias and gravity, or force, alone."""
 
     def acceleration(q: Vector, v: Vector, torque: Vector) -> Vector:
-        assert own.mass_matrix is not None
-        assert own.bias is not None
         load = own.force(q, v, torque) if own.force else torque - own.gravity(q)
         return np.linalg.solve(own.mass_matrix(q), load - own.bias(q, v))
 
@@ -567,15 +551,15 @@ RIGHT_ONES: dict[str, Case] = {
         replace(IN_TWO["absolute angles"], coordinates=Coordinates(links="absolute")),
     ),
 }
+OF_TWO = {
+    **PENDULUM,
+    **{f"{name}, parts": own for name, own in IN_TWO.items()},
+    **{f"{name}, acceleration": accelerate(own) for name, own in IN_TWO.items()},
+}
 CASES: dict[str, Callable[[], Case]] = {
     **{name: partial(of_another, *given) for name, given in OTHER_ROBOTS.items()},
-    **{name: partial(lambda own: (TWO, own), own) for name, own in PENDULUM.items()},
-    **{name: partial(lambda own: (TRUNK, own), own) for name, own in DERIVED.items()},
-    **{f"{name}, parts": partial(lambda own: (TWO, own), own) for name, own in IN_TWO.items()},
-    **{
-        f"{name}, acceleration": partial(lambda own: (TWO, accelerate(own)), own)
-        for name, own in IN_TWO.items()
-    },
+    **{name: lambda own=own: (TWO, own) for name, own in OF_TWO.items()},
+    **{name: lambda own=own: (TRUNK, own) for name, own in DERIVED.items()},
     "the order of six coordinates": lambda: (
         SIX,
         written_in(robot_equations(SIX), np.eye(6)[::-1]),

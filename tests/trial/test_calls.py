@@ -12,6 +12,7 @@ import pytest
 import sympy as sp
 
 from crosscheck.checks.answers import BadAnswer
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
@@ -25,8 +26,8 @@ MASS = np.array([[5.0, 1.0], [1.0, 3.0]])
 TWO = sp.symbols("a b")
 
 
-def of(**parts: Any) -> SuppliedEquations:
-    return bind_equations(Equations(**parts), ARM, build_frame(Coordinates(), ARM))
+def of(arm: Arm = ARM, **parts: Any) -> SuppliedEquations:
+    return bind_equations(Equations(**parts), arm, build_frame(Coordinates(), arm))
 
 
 class Callable4:
@@ -142,13 +143,8 @@ def test_what_a_function_does_to_its_arguments_does_no_harm():
 
 
 def test_one_joint_may_answer_numbers():
-    arm = load_arm("paper-labelled")
-    arm = arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
-    model = bind_equations(
-        Equations(mass_matrix=lambda q: 3, bias=lambda q, v: 0.0),
-        arm,
-        build_frame(Coordinates(), arm),
-    )
+    arm = ARM.model_copy(update={"joints": ARM.joints[:1], "links": ARM.links[:1]})
+    model = of(arm, mass_matrix=lambda q: 3, bias=lambda q, v: 0.0)
     assert model.mass_matrix(np.zeros(1)).tolist() == [[3.0]]
     assert model.bias(np.zeros(1), np.zeros(1)).tolist() == [0.0]
 

@@ -14,24 +14,22 @@ from crosscheck.report.trials.output import format_trial_json
 from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.symbolic import from_sympy
-from tests.trial import test_dependence
-from tests.trial.test_dependence import arm_of, bodies_of
+from tests.trial.test_dependence import UNLIKE as BODIES
+from tests.trial.test_dependence import arm_of, bodies_of, pendulum
 from tests.trial.test_trial import equations_of, in_frame, trial_of
 
-UNLIKE = arm_of(*test_dependence.UNLIKE)
+UNLIKE = arm_of(*BODIES)
 
 
 class TwoLinks:
     """M, C and g of two links with functions as methods, for an arm that hangs along x."""
 
     def __init__(self, arm: Arm) -> None:
-        self.bodies, self.pull = bodies_of(arm), arm.gravity_m_per_s2[0]
+        self.bodies = bodies_of(arm)
+        self.own = pendulum(self.bodies, arm.gravity_m_per_s2[0], driven=False)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        (m1, l1, d1, i1), (m2, _, d2, i2) = self.bodies
-        fore, coupling = i2 + m2 * d2**2, m2 * l1 * d2 * np.cos(q[1])
-        both = fore + coupling
-        return np.array([[i1 + m1 * d1**2 + m2 * l1**2 + fore + 2 * coupling, both], [both, fore]])
+        return self.own.mass_matrix(q)
 
     def coriolis(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         (_, l1, _, _), (m2, _, d2, _) = self.bodies
@@ -39,9 +37,7 @@ class TwoLinks:
         return np.array([[-wave * v[1], -wave * (v[0] + v[1])], [wave * v[0], 0.0]])
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
-        (m1, l1, d1, _), (m2, _, d2, _) = self.bodies
-        second = self.pull * m2 * d2 * np.sin(q[0] + q[1])
-        return np.array([self.pull * (m1 * d1 + m2 * l1) * np.sin(q[0]) + second, second])
+        return -self.own.force(q)
 
 
 class InverseDynamicsAlone:
@@ -100,13 +96,11 @@ def test_a_gravity_alone_is_judged_alone():
 
 
 def test_an_entry_of_gravity_just_beyond_its_tolerance_differs():
-    verdicts = []
-    for by in (3e-10, 3e-11):
-
-        def gravity(q: np.ndarray, by: float = by) -> np.ndarray:
-            return TwoLinks(UNLIKE).gravity(q) * (1, 1 + by)
-
-        verdicts.append(trial_of(Equations(gravity=gravity), UNLIKE).exit_code)
+    weigh = TwoLinks(UNLIKE).gravity
+    verdicts = [
+        trial_of(Equations(gravity=lambda q, by=by: weigh(q) * (1, 1 + by)), UNLIKE).exit_code
+        for by in (3e-10, 3e-11)
+    ]
     assert verdicts == [1, 0]
 
 
@@ -138,7 +132,7 @@ def test_sympys_gravity_is_bound_to_the_arm():
     m1, m2, payload, l1, l2, d1, d2, g = sp.symbols("m1 m2 m_payload L1 L2 d1 d2 g_x")
     second = g * (m2 * d2 + payload * l2) * sp.sin(q1 + q2)
     first = g * (m1 * d1 + (m2 + payload) * l1) * sp.sin(q1) + second
-    arm = arm_of(*test_dependence.UNLIKE, payload=0.4)
+    arm = arm_of(*BODIES, payload=0.4)
     for row, entries in ((second, set()), (2 * second, {"gravity[q2]"})):
         equations = from_sympy([q1, q2], [v1, v2], gravity=sp.Matrix([first, row]))
         result = trial_of(equations, arm)

@@ -27,13 +27,10 @@ def over(folder: Path, code: str, name: str = "model") -> Equations:
 
 
 def payload(equations: Equations) -> float:
-    assert equations.mass_matrix is not None
-    return float(
-        bind_equations(equations, ARM, build_frame(equations.coordinates, ARM)).mass_matrix(X)[0, 0]
-    )
+    own = bind_equations(equations, ARM, build_frame(equations.coordinates, ARM))
+    return float(own.mass_matrix(np.zeros(2))[0, 0])
 
 
-X = np.zeros(2)
 ROWS = tomllib.loads(Path(__file__).with_name("supplied.toml").read_text(encoding="utf-8"))
 GIVEN, BAD, PLACES = ROWS["given"], ROWS["bad"], ROWS["places"]
 OF_ANY_ARM = set(GIVEN) - {"equations", "factory of nothing", "object", "object of a factory"}

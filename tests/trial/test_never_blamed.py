@@ -84,21 +84,11 @@ def test_where_a_function_reaches_half_of_all_poses(labelled):
     assert judged(wrong_equations, labelled).exit_code == 1
 
 
-@pytest.mark.parametrize("level", ["carriers", "armature", "coupled"])
-def test_without_a_mass_matrix_the_level_is_that_of_what_there_is(level):
-    arm = load_arm("probe")
-    moved = in_frame(f"pinocchio:{level}", Coordinates(), arm, make_unequal_gains_scenario(arm))
-    own = Equations(acceleration=lambda t, x, v, torque: moved.model.acceleration(t, x, v))
-    trial = judged(own, arm)
-    assert (trial.level, trial.exit_code) == (level, 0)
-
-
 def test_the_level_is_that_of_the_fewest_wrong_entries_of_all_parts():
     """The elbow's rotor turns with joint 2 alone: of M alone links would be wrong in fewer."""
     arm = two_link()
     moved = in_frame("pinocchio:carriers", Coordinates(), arm, make_unequal_gains_scenario(arm))
     right = equations_of(moved)
-    assert right.mass_matrix is not None
     missing = arm.joints[1].rotor_inertia_kg_m2 * np.array([[1.0, 1.0], [1.0, 0.0]])
     wrong = replace(right, mass_matrix=lambda x: moved.model.mass_matrix(x) - missing)
     trial = judged(replace(wrong, acceleration=None), arm)

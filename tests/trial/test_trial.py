@@ -1,7 +1,7 @@
 """A trial from end to end: right equations pass, an error is named, whatever the coordinates."""
 
-import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
+from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import build
 from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
@@ -21,9 +22,11 @@ from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import DIGITS, Trial
 from crosscheck.trial.trial import run_trial
-from tests.arms import arm_of, random_arm
+from tests.arms import random_arm
 from tests.robots.trials import robot_equations, run_robot_trial
+from tests.trial.mistakes.equations import written
 
+two_links = partial(written, "absolute", ())  # two rods, by hand
 LEVELS = ("links", "carriers", "armature", "coupled")
 
 
@@ -68,21 +71,21 @@ def of_project(model: str, coordinates: Coordinates):
     return factory
 
 
-# Every two of the three choices together.
+# Every two of the three choices together, each on an arm of its own.
 @pytest.mark.parametrize(
-    ("gearing", "gears", "links"),
+    ("gearing", "gears", "links", "seed"),
     [
-        ("lumped", "displacements", "relative"),
-        ("lumped", "angles", "absolute"),
-        ("free", "displacements", "absolute"),
-        ("free", "angles", "relative"),
+        ("lumped", "displacements", "relative", 15),
+        ("lumped", "angles", "absolute", 24),
+        ("free", "displacements", "absolute", 29),
+        ("free", "angles", "relative", 32),
     ],
 )
-def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears, links):
+def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears, links, seed):
     """And on the probe arms of its structure."""
     coordinates = Coordinates(gearing, links, gears)
     most = 2 if gearing == "lumped" else 1  # each planet of a joint is a coordinate
-    arm = random_arm(hash_of(gearing, gears, links), most_joints=most, all_geared=True)
+    arm = random_arm(seed, most_joints=most, all_geared=True)
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
     assert [finding.id for finding in trial.agreement.disagreeing] == []
     assert trial.diagnosis.entries == ()
@@ -100,64 +103,16 @@ def test_probe_arms_have_as_many_planets_that_mesh_in_the_same_order(planets, la
     assert probe.joints[0].sun_teeth != probe.joints[1].sun_teeth
 
 
-def hash_of(*words: str) -> int:
-    """A seed of its own for each, the same every time."""
-    return sum(map(ord, "".join(words))) % 40
-
-
 @pytest.mark.parametrize("level", LEVELS)
 def test_the_ladder_says_which_level_a_rigid_model_is(level):
-    coordinates = Coordinates("rigid", "absolute")
-    trial = trial_of(of_project(f"pinocchio:{level}", coordinates), load_arm("probe"))
-    assert trial.level == level
-    assert [rung.level for rung in trial.distances if rung.entries == 0] == [level]
-    assert trial.exit_code == 0
-
-
-def test_a_level_that_is_claimed_is_binding():
-    """Links alone lack what motors at the joints weigh."""
-
-    def factory(arm: Arm, scenario: Scenario) -> Equations:
-        moved = in_frame("analytic:links", Coordinates(), arm, scenario)
-        return replace(equations_of(moved), level="carriers")
-
-    trial = trial_of(factory, arm_of(2, direct=[0, 1]))
-    assert trial.exit_code == 1
-    assert trial.level == "carriers"
-
-
-def two_links(arm: Arm) -> Equations:
-    """Two rods in absolute angles, by hand."""
-    (m1, I1, d1, L1), (m2, I2, d2, L2) = map(rod, arm.links)
-    payload = arm.payload_mass_kg
-
-    def mass_matrix(q: np.ndarray) -> list[list[float]]:
-        c = math.cos(q[0] - q[1])
-        shared = (m2 * d2 + payload * L2) * L1 * c
-        first = I1 + m1 * d1**2 + (m2 + payload) * L1**2
-        return [[first, shared], [shared, I2 + m2 * d2**2 + payload * L2**2]]
-
-    def bias(q: np.ndarray, v: np.ndarray) -> list[float]:
-        s = (m2 * d2 + payload * L2) * L1 * math.sin(q[0] - q[1])
-        return [s * v[1] ** 2, -s * v[0] ** 2]
-
-    def force(torque: np.ndarray) -> list[float]:
-        return [torque[0] - torque[1], torque[1]]
-
-    return Equations(mass_matrix, bias, force=force, coordinates=Coordinates(links="absolute"))
-
-
-def rod(link: object) -> tuple[float, float, float, float]:
-    """Mass, inertia, centre and length of a slender link."""
-    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-    return mass, mass * link.length_m**2 / 12, link.com_m, link.length_m
-
-
-def test_two_links_by_hand_pass(labelled):
-    trial = trial_of(two_links, labelled)
-    assert trial.exit_code == 0
-    assert (trial.level, trial.diagnosis.entries) == ("links", ())
-    assert "not judged" not in repr(trial)
+    """By M, bias and force, and by accelerations alone."""
+    arm, absolute = load_arm("probe"), Coordinates("rigid", "absolute")
+    moved = in_frame(f"pinocchio:{level}", Coordinates(), arm, make_unequal_gains_scenario(arm))
+    alone = Equations(acceleration=lambda t, x, v, torque: moved.model.acceleration(t, x, v))
+    for own in (of_project(f"pinocchio:{level}", absolute), alone):
+        trial = trial_of(own, arm)
+        assert (trial.level, trial.exit_code) == (level, 0)
+        assert own is alone or [d.level for d in trial.distances if d.entries == 0] == [level]
 
 
 def test_half_a_length_for_a_centre_of_mass_is_a_note(labelled):
@@ -171,17 +126,6 @@ def test_half_a_length_for_a_centre_of_mass_is_a_note(labelled):
     assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
     (number,) = trial.diagnosis.ignored_numbers
     assert (number.name, dict(number.goes_with)) == ("links[1].com_m", {"links[1].length_m": 1})
-
-
-def test_what_is_missing_is_said_and_the_rest_judged(labelled):
-    def mass_alone(arm: Arm) -> Equations:
-        whole = two_links(arm)
-        return Equations(whole.mass_matrix, coordinates=whole.coordinates)
-
-    trial = trial_of(mass_alone, labelled)
-    left = ("bias (not supplied)", "force (not supplied)", "acceleration (not supplied)")
-    assert trial.scope[-1] == f"not judged: {', '.join(left)}"
-    assert trial.exit_code == 0
 
 
 def shorten_answers(whole: Equations, factor: float) -> Equations:
@@ -210,32 +154,8 @@ def test_the_rounding_of_single_precision_is_no_error_of_equations(
     assert len(trial.wrong) > 2
 
 
-def test_a_part_that_raises_costs_its_own_checks_and_its_traceback_is_kept(labelled):
-    def broken(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        raise ZeroDivisionError("my own")
-
-    def factory(arm: Arm) -> Equations:
-        whole = two_links(arm)
-        return Equations(whole.mass_matrix, broken, coordinates=whole.coordinates)
-
-    trial = trial_of(factory, labelled)
-    verdicts = {f.quantity: f.verdict for f in trial.agreement.findings if f.kind == "check"}
-    assert verdicts["symmetric"] == verdicts["mass_matrix"] == "agree"
-    assert verdicts["answers-bias"] == "failed"
-    assert any("ZeroDivisionError: my own" in trace for trace in trial.traces.values())
-
-
-def test_a_run_takes_the_same_steps_as_the_engines(labelled):
-    short = load_scenario("pd").model_copy(update={"duration_s": 0.01})
-    trial = trial_of(two_links, labelled, scenarios=(short,))
-    runs = [f for f in trial.agreement.findings if f.about.key.family == "trial-run"]
-    assert {f.quantity for f in runs} == {"theta", "theta_dot", "kinetic_energy"}
-    assert {f.verdict for f in runs} == {"agree"}
-
-
-@pytest.mark.parametrize("beside", [True, False])
-def test_inverse_dynamics_is_judged_where_a_and_v_meet(beside, labelled):
-    """Not only at a = 0 and at unit a at rest, nor taken for granted beside M and bias."""
+def test_inverse_dynamics_alone_is_judged_where_a_and_v_meet(labelled):
+    """Not only at a = 0 and at unit a at rest."""
 
     def of(by: float):
         def factory(arm: Arm) -> Equations:
@@ -244,8 +164,7 @@ def test_inverse_dynamics_is_judged_where_a_and_v_meet(beside, labelled):
             def whole(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
                 return own.mass_matrix(q) @ a + own.bias(q, v) + by * a * v
 
-            parts = {"mass_matrix": own.mass_matrix, "bias": own.bias} if beside else {}
-            return Equations(**parts, inverse_dynamics=whole, coordinates=own.coordinates)
+            return Equations(inverse_dynamics=whole, coordinates=own.coordinates)
 
         return factory
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.arms.entry_notes import describe_entries
@@ -43,106 +44,58 @@ def product(monomial: Monomial, key: TermKey = COS) -> Product:
     return Product(key, monomial)
 
 
-MONOMIALS = {
-    "1": ONE,
-    "2 m_payload L1 d2": PAYLOAD,
-    "-1/2 I_l2 L1^2/(r_s1 r_c1^2)": BELOW,
-    "-L1": Monomial(-1, (("L1", 1),)),
-    "-1": Monomial(-1, ()),
-    "1/L1": Monomial(1, (("L1", -1),)),
-    "0.123457 L2": Monomial(0.123456789, (("L2", 1),)),
-}
-
-
-def test_a_monomial_has_its_masses_before_its_lengths():
-    assert [messages.format_monomial(each) for each in MONOMIALS.values()] == [*MONOMIALS]
-
-
-def test_a_wave_is_of_the_users_coordinates():
-    waves = {
-        TermKey((0, 0)): "1",
-        COS: "cos(phi_1 - phi_2)",
-        TermKey((1, 0), "sin"): "sin(phi_1)",
-        TermKey((0, 1), "sin"): "-sin(phi_1 - phi_2)",
-        TermKey((1, 1), "sin"): "sin(phi_2)",
-        TermKey((2, 3)): "cos(phi_1 - 3 phi_2)",
-    }
-    assert {key: messages.format_wave(key, ABSOLUTE) for key in waves} == waves
-    # half an angle is written in the joints' angles
-    assert messages.format_angle_sum(TermKey((1, -2)), HALVED) == (1, "theta_1 - 2 theta_2")
-    assert messages.format_angle_sum(TermKey((2, -2)), HALVED) == (1, "u - 2 v")
-
-
-def test_a_term_has_its_coefficient_wave_and_signal():
-    sine = TermKey((0, 1), "sin", "T_1")
-    term = messages.make_term((product(PAYLOAD, sine),), ABSOLUTE)
-    assert (term.coefficient, term.wave, term.angle, term.signal) == (
-        "-2 m_payload L1 d2",
-        "sin",
-        "phi_1 - phi_2",
-        "T_1",
+def several(count: int, number: int = 1) -> tuple[Product, ...]:
+    """As many terms with a mass each, that share the square of a length."""
+    return tuple(
+        product(Monomial(number * (n + 1), (("L1", 2), (f"m_l{n + 1}", 1)))) for n in range(count)
     )
-    assert messages.format_term(term) == "-2 m_payload L1 d2 sin(phi_1 - phi_2) T_1"
-    terms = {
-        "cos(q)": Term("1", "cos", "q"),
-        "-T_1": Term("-1", signal="T_1"),
-        "1": Term("1"),
-        "3 sin(q) F_sp1": Term("3", "sin", "q", "F_sp1"),
-    }
-    for text, each in terms.items():
-        assert messages.format_term(each) == text
 
 
-def test_a_sum_says_what_its_terms_share_and_how_many_more_there_are():
-    def several(count: int, number: int = 1) -> tuple[Product, ...]:
-        return tuple(
-            product(Monomial(number * (n + 1), (("L1", 2), (f"m_l{n + 1}", 1))))
-            for n in range(count)
-        )
-
-    assert messages.format_coefficient(several(2)) == "L1^2 (m_l1 + 2 m_l2)"
-    assert messages.format_coefficient(several(2, -1)) == "-L1^2 (m_l1 + 2 m_l2)"
-    six = messages.format_coefficient(several(6))
-    assert six == "L1^2 (m_l1 + 2 m_l2 + 3 m_l3 + 4 m_l4 + 2 more)"
-    apart = product(Monomial(-1, (("L1", 1),))), product(Monomial(-2, (("L2", 1),)))
-    assert messages.format_coefficient(apart) == "- (L1 + 2 L2)"
-    two = messages.make_term((product(ONE), product(ONE, TermKey((1, 0)))), ABSOLUTE)
-    assert two.coefficient == "cos(phi_1 - phi_2) + cos(phi_1)"
-
-
-def test_small_texts():
-    assert [format_power("L1", power) for power in (1, 2, -1)] == ["L1", "L1^2", "L1^-1"]
-    assert format_vector(np.array([1.0, 0.123456789])) == "[1, 0.123457]"
-
-
+MONOMIALS = (
+    *(ONE, PAYLOAD, BELOW, Monomial(-1, (("L1", 1),)), Monomial(-1, ())),
+    *(Monomial(1, (("L1", -1),)), Monomial(0.123456789, (("L2", 1),))),
+)
+KEYS = (
+    *(TermKey((0, 0)), COS, TermKey((1, 0), "sin"), TermKey((0, 1), "sin")),
+    *(TermKey((1, 1), "sin"), TermKey((2, 3))),
+)
+APART = product(Monomial(-1, (("L1", 1),))), product(Monomial(-2, (("L2", 1),)))
+SUMS = several(2), several(2, -1), several(6), APART, (product(ONE), product(ONE, TermKey((1, 0))))
 TERM = Term("m_payload L1 d2", "cos", "theta_2")
-ERRORS = {
-    "missing term: m_payload L1 d2 cos(theta_2)": TermError("dropped", TERM),
-    "yours has m_payload L1 d2 cos(theta_2) with the opposite sign": TermError("sign", TERM),
-    "yours has m_payload L1 d2 cos(theta_2) times 0.5": TermError("factor", TERM, by=0.5),
-    "yours has m_payload L1 d2 cos(theta_2) times n1": TermError("factor", TERM, "n1"),
-    "yours has a where b belongs, in m_payload L1 d2 cos(theta_2)": TermError(
-        "angle", TERM, "a", "b"
-    ),
-    "extra term: m_payload L1 d2 cos(theta_2)": TermError("extra", TERM),
-    "extra term: m_payload L1 d2 cos(theta_2), which stands in bias[a]": TermError(
-        "extra", TERM, right="bias[a]"
-    ),
-    "missing term: m_payload L1 (d2 - L2) cos(theta_2); L2 where d2 belongs": TermError(
-        "swapped", TERM, "L2", "d2"
-    ),
-    "L1 d1 where d2 belongs, in m_payload L1 d2 cos(theta_2)": TermError(
-        "swapped", TERM, "L1 d1", "d2"
-    ),
-    "missing term: (d2^2 - L2^2); L2 where d2 belongs": TermError(
-        "swapped", Term("d2^2"), "L2", "d2"
-    ),
-}
+ERRORS = (
+    TermError("dropped", TERM),
+    TermError("sign", TERM),
+    TermError("factor", TERM, by=0.5),
+    TermError("factor", TERM, "n1"),
+    TermError("angle", TERM, "a", "b"),
+    TermError("extra", TERM),
+    TermError("extra", TERM, right="bias[a]"),
+    TermError("swapped", TERM, "L2", "d2"),
+    TermError("swapped", TERM, "L1 d1", "d2"),
+    TermError("swapped", Term("d2^2"), "L2", "d2"),
+)
 
 
-@pytest.mark.parametrize("text", ERRORS)
-def test_an_error_says_what_is_yours_and_what_is_right(text):
-    assert messages.describe_term_error(ERRORS[text]) == text
+def test_terms_and_their_errors_are_written_as_people_write_them(snapshot: SnapshotAssertion):
+    """Masses before lengths, waves of the user's coordinates, what a sum shares before it."""
+    made = messages.make_term((product(PAYLOAD, TermKey((0, 1), "sin", "T_1")),), ABSOLUTE)
+    bare = (
+        Term("1", "cos", "q"),
+        Term("-1", signal="T_1"),
+        Term("1"),
+        Term("3", "sin", "q", "F_sp1"),
+    )
+    assert {
+        "monomials": list(map(messages.format_monomial, MONOMIALS)),
+        "waves": [messages.format_wave(each, ABSOLUTE) for each in KEYS],
+        # Half an angle is written in the joints' angles.
+        "halves": [messages.format_angle_sum(TermKey((n, -2)), HALVED) for n in (1, 2)],
+        "terms": list(map(messages.format_term, (made, *bare))),
+        "sums": [messages.make_term(each, ABSOLUTE).coefficient for each in SUMS],
+        "powers": [format_power("L1", power) for power in (1, 2, -1)],
+        "vector": format_vector(np.array([1.0, 0.123456789])),
+        "errors": list(map(messages.describe_term_error, ERRORS)),
+    } == snapshot
 
 
 def test_a_guess_is_the_likeliest_error_and_one_more_at_most():
@@ -166,23 +119,19 @@ def test_a_difference_has_its_largest_term_first():
     assert list(map(messages.format_term, found)) == ["-20", "3 T_1", "1.235 cos(phi_1 - phi_2)"]
 
 
-def test_an_entry_is_named_by_its_coordinates():
-    names = ("a", "b")
-    entries = {
-        "M[a, b]": entry_place("mass_matrix", (0, 1)),
-        "bias[b] of a' b'": entry_place("rate_terms", (1, 0, 1)),
-        "bias[a] of b'^2": entry_place("rate_terms", (0, 1, 1)),
-        "bias[b]": entry_place("bias", (1,)),
-        "force[a]": entry_place("force", (0,)),
-        "acceleration[b]": entry_place("acceleration", (1,)),
-    }
-    for text, place in entries.items():
-        assert format_entry(place, names) == text
-    assert list_entries([], names) == ""
+def test_entries_are_named_by_their_coordinates(snapshot: SnapshotAssertion):
+    names, places = (
+        ("a", "b"),
+        {
+            "mass_matrix": [(0, 1)],
+            "rate_terms": [(1, 0, 1), (0, 1, 1)],
+            **{part: [(0,), (1,)] for part in ("bias", "force", "acceleration")},
+        },
+    )
+    each_of = [entry_place(part, at) for part, among in places.items() for at in among]
     eight = [EntryPlace("force", 0)] * 7 + [EntryPlace("force", 1)]
-    shown = "force[a], " * 7 + "force[b]"
-    assert list_entries(eight, names) == shown
-    assert list_entries([*eight, *eight[:2]], names) == f"{shown} and 2 more"
+    lists = [list_entries(some, names) for some in ([], eight, [*eight, *eight[:2]])]
+    assert [[format_entry(each, names) for each in each_of], lists] == snapshot
 
 
 SIZES = NaturalSizes(
@@ -243,33 +192,22 @@ def test_explained_errors_come_first_then_notes_then_all_others():
     assert [*describe_entries(entries)] == ["c: known", "b: a note", "a: unknown"]
 
 
-def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(monkeypatch):
+def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
+    monkeypatch, snapshot: SnapshotAssertion
+):
     robot = load_robot("sliding")
-    joints = [robot.joints[number] for number in robot.coordinates]
-    turning = [n for n, joint in enumerate(joints) if joint.kind == "revolute"]
-    (slide, *_) = (n for n, joint in enumerate(joints) if joint.kind == "prismatic")
-    q = np.random.default_rng(1).uniform(-2, 2, (40, len(joints)))
-    first, last = turning[0], turning[-1]
-    names = [joint.name for joint in joints]
-    waves = {
-        "": np.exp(q[:, first]),
-        f"-20.6 cos({names[first]})": -20.6 * np.cos(q[:, first]),
-        f"3 {names[slide]}": 3 * q[:, slide],
-        f"2.5 {names[slide]} sin({names[last]})": 2.5 * q[:, slide] * np.sin(q[:, last]),
-        f"1.5 cos({names[last]}) - 0.25 sin({names[last]})": 1.5 * np.cos(q[:, last])
-        - 0.25 * np.sin(q[:, last]),
-        "1.23457": np.full(40, 1.234567),
-    }
-    if first != last:
-        both = f"{names[first]} - {names[last]}"
-        waves[f"4 sin({both})"] = 4 * np.sin(q[:, first] - q[:, last])
+    q = np.random.default_rng(1).uniform(-2, 2, (40, 3))
+    turn, slide, tilt = q.T
+    waves = (
+        *(np.exp(turn), -20.6 * np.cos(turn), 3 * slide, 2.5 * slide * np.sin(tilt)),
+        *(1.5 * np.cos(tilt) - 0.25 * np.sin(tilt), np.full(40, 1.234567)),
+        *(4 * np.sin(turn - tilt), np.zeros(40)),
+    )
     most = "crosscheck.trial.changes.waves.MOST_ANGLES"
-    monkeypatch.setattr(most, len(turning))
-    for text, values in waves.items():
-        assert describe_angle_sum(values, q, robot) == text
-    assert describe_angle_sum(np.zeros(40), q, robot) == ""
-    monkeypatch.setattr(most, len(turning) - 1)
-    assert describe_angle_sum(3 * q[:, slide], q, robot) == ""
+    monkeypatch.setattr(most, 2)
+    assert [describe_angle_sum(each, q, robot) for each in waves] == snapshot
+    monkeypatch.setattr(most, 1)
+    assert describe_angle_sum(3 * slide, q, robot) == ""
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.judge import entries
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial
 from crosscheck.trial.trial import run_trial
@@ -55,29 +56,23 @@ kept_arm = lru_cache(tried_arm)
 
 
 @lru_cache
-def right_shares(states: int) -> dict[str, np.ndarray]:
+def right_shares() -> dict[str, np.ndarray]:
     """How far M is off, and the force, by their sizes over the trial's states."""
-    arm, scenario, problem = two_link_arm(), load_scenario("pd"), kept_arm().problem
-    assert states == len(problem.states)
+    problem, rigid = kept_arm().problem, Coordinates("rigid")
+    moved = in_frame("analytic:links", rigid, two_link_arm(), problem.case.scenario)
     placed = [np.asarray(state.x) for state in problem.states]
-    moved = in_frame("analytic:links", Coordinates("rigid"), arm, scenario)
-    mass = np.array([moved.mass_matrix(x) for x in placed])
-    own = mass + np.diag([INERTIA, 0.0])
-    root = np.sqrt(mass[:, [0, 1], [0, 1]].max(axis=0))
-    model = in_frame("analytic:links", Coordinates("rigid"), arm, problem.case.scenario)
-    forces = [
-        model.model.generalized_force(state.t, np.asarray(state.x), np.asarray(state.v))
-        for state in problem.states
-    ]
-    rms = np.sqrt((np.array(forces) ** 2).mean(axis=0))
+    root = np.sqrt(np.max([np.diag(moved.mass_matrix(x)) for x in placed], axis=0))
+    forces = [moved.model.generalized_force(s.t, np.asarray(s.x), s.v) for s in problem.states]
     moments = np.max([np.abs(moment_at(x)) for x in placed], axis=0)
-    shares = np.abs(own - mass).max(axis=0) / np.outer(root, root)
-    return {"M": shares, "force": moments / rms}
+    return {
+        "M": np.diag([INERTIA, 0.0]) / np.outer(root, root),
+        "force": moments / np.sqrt(np.square(forces).mean(axis=0)),
+    }
 
 
 def wrong_arm(trial: Trial) -> Iterator[str]:
     """Numbers of a trial that are not those of its equations."""
-    shares = right_shares(len(trial.problem.states))
+    shares = right_shares()
     nearest, right = trial.distances[0], max(each.max() for each in shares.values())
     if not np.isclose(nearest.largest, right, rtol=1e-6):
         yield f"level {nearest.level}: {nearest.largest}, must be {right}"
@@ -119,7 +114,41 @@ def wrong_robot(trial: Trial) -> Iterator[str]:
         yield f"mean share of the nearest level: {nearest.mean}"
 
 
+STATES = 7
+# Of each row, how many times too large; and what the whole part counts as.
+RATIOS = [
+    ([1.0, 1e6], 1.0),  # one entry that is wrong, however large, changes nothing
+    ([1e6, 1.0], 1.0),
+    ([1e3, 1e3, 1e9], 1e3),
+    ([1e-3, 1e-3], 1e-3),
+    ([4.0, 0.0], 4.0),  # a row that is nothing says nothing
+    ([np.inf, 1.0, 1.0], 1.0),
+    ([0.0, 0.0], 1.0),
+]
+
+
+def wrong_unit_ratios() -> Iterator[str]:
+    """A line for every ratio that is not named, of vectors and of matrices by their diagonals."""
+    draw = np.random.default_rng(3)
+    for times, ratio in RATIOS:
+        right = draw.uniform(1, 2, (STATES, len(times)))
+        for values, reference in (
+            (right * times, right),
+            (
+                np.array([np.diag(row * times) + 1e9 * (1 - np.eye(len(row))) for row in right]),
+                np.array([np.diag(row) for row in right]),
+            ),
+        ):
+            found = entries.unit_ratio(values, reference)
+            if not np.isclose(found, ratio, rtol=1e-12):
+                yield f"rows {times} times as large: {found}, must be {ratio}"
+    for ratio, power in ((900.0, 1000.0), (0.011, 0.01), (1.5, 1.0), (4.0, 10.0)):
+        if entries.power_of_ten(ratio) != power:
+            yield f"{ratio} counts as {entries.power_of_ten(ratio)}"
+
+
 GUARDS: dict[str, Callable[[], Iterator[str]]] = {
     "arm": lambda: wrong_arm(tried_arm()),
     "robot": lambda: wrong_robot(tried_robot()),
+    "units": wrong_unit_ratios,
 }

@@ -132,6 +132,7 @@ RIGHT = {
     "angles": ANGLES,
 }
 RIGID = ("relative", "absolute")
+GEARS = ("sun", "planet", "carrier", "ring")
 
 
 def quantities(arm: Arm) -> dict[str, Any]:
@@ -149,25 +150,17 @@ def quantities(arm: Arm) -> dict[str, Any]:
 def stage(joint: Planetary) -> SimpleNamespace:
     """Of one planetary gear; m: all that it weighs."""
     cosine = math.cos(math.radians(joint.pressure_angle_deg))
-    N, M_s, M_p = (
-        joint.planet_count,
-        joint.sun_equivalent_mass_kg,
-        joint.planet_equivalent_mass_kg,
-    )
+    N = joint.planet_count
+    M_s, M_p = joint.sun_equivalent_mass_kg, joint.planet_equivalent_mass_kg
     found = SimpleNamespace(
         N=N,
         M_s=M_s,
         M_p=M_p,
         M_c=joint.carrier_equivalent_mass_kg,
-        m_s=joint.sun_mass_kg,
-        m_p=joint.planet_mass_kg,
-        m_c=joint.carrier_mass_kg,
-        m_r=joint.ring_mass_kg,
+        **{f"m_{each[0]}": getattr(joint, f"{each}_mass_kg") for each in GEARS},
         J_r=joint.ring_inertia_kg_m2,
         k=joint.friction_N_m_s_per_rad,
-        z_s=joint.sun_teeth,
-        z_p=joint.planet_teeth,
-        z_r=joint.ring_teeth,
+        **{f"z_{each[0]}": getattr(joint, f"{each}_teeth") for each in ("sun", "planet", "ring")},
         n=1 + joint.ring_teeth / joint.sun_teeth,
         cos_alpha=cosine,
         r_s=joint.module_m * joint.sun_teeth / 2 * cosine,
@@ -227,22 +220,23 @@ def written(kind: str, replaced: tuple[tuple[str, str], ...], arm: Arm) -> Equat
     n = 2 if kind in RIGID else 6
     functions = {"sin": math.sin, "cos": math.cos, "sqrt": math.sqrt, "outer": np.multiply.outer}
 
-    def answers(x: np.ndarray, v: np.ndarray, T: np.ndarray) -> dict[str, Any]:
+    def answer(part: str, x: np.ndarray, v: np.ndarray, T: np.ndarray) -> np.ndarray:
         own = {**functions, **known, "x": x, "v": v, "T": T, "e": units}
         own |= {"M": np.zeros((n, n)), "h": np.zeros(n), "f": np.zeros(n)}
 
         def spin(inertia: float, row: np.ndarray) -> None:
-            own["M"] += inertia * row[:, None] * row
+            if part == "M":
+                own["M"] += inertia * row[:, None] * row
 
         own["spin"] = spin
         exec(code, own)
-        return own
+        return own[part]
 
     still, free, units = np.zeros(n), np.zeros(2), np.eye(n)
     return Equations(
-        mass_matrix=lambda x: answers(x, still, free)["M"],
-        bias=lambda x, v: answers(x, v, free)["h"],
-        force=lambda x, v, torque: answers(x, v, torque)["f"],
+        mass_matrix=lambda x: answer("M", x, still, free),
+        bias=lambda x, v: answer("h", x, v, free),
+        force=lambda x, v, torque: answer("f", x, v, torque),
         coordinates=coordinates(kind, known),
         level="links" if kind in RIGID else "",
     )

@@ -173,10 +173,7 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
 
 MAPS = {
     "an unknown key": "link = 'absolute'",
-    "a word": "links = 'mixed'",
     "code": "names = ['os.system()', 'b']",
-    "an infinite number": "matrix = [[inf, 0.0], [0.0, 1.0]]",
-    "a singular matrix": "matrix = [[1, 1], [2, 2]]",
 }
 COMMANDS: dict[str, tuple[str, dict[str, str]]] = {
     "a model beside": ("--answers a.csv m.py:model probe", {}),

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from crosscheck.trial.input.loading import find_named_code, import_object
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
 from crosscheck.trial.source.edits import list_edits
 from crosscheck.trial.source.expressions import MOST_WALKS, LambdifiedExpression
 from crosscheck.trial.source.pairs import list_additive_pairs
 from crosscheck.trial.source.search import EditSearch
-from tests.trial.source.test_source_edits import make_answer_key
+from tests.trial.source.test_source_edits import make_answer_key, write_code
 
 REMEMBERING = """
 import functools
@@ -35,11 +34,7 @@ def make():
 
 @pytest.fixture
 def search(tmp_path):
-    file = tmp_path / "mine.py"
-    file.write_text(REMEMBERING.replace("2 * q[1]", "3 * q[1]"), encoding="utf-8")
-    import_object(f"{file}:make")
-    code = find_named_code(f"{file}:make")
-    assert code is not None
+    code = write_code(tmp_path, REMEMBERING, ("2 * q[1]", "3 * q[1]"))
     return EditSearch(code, [make_answer_key(REMEMBERING)])
 
 
@@ -70,7 +65,6 @@ def test_equations_are_shared_by_edits_of_what_is_asked_each_time(search):
     shared = {}
     edits = list(list_edits(search.tree, 1))
     for edit, edited in search.compiler.compile_each(edits):
-        assert edited is not None
         shared.setdefault(edit.node.lineno, set()).add(edited.shared is not None)
     text = REMEMBERING.splitlines()
     by_line = {text[line - 1].strip()[:10]: kinds for line, kinds in shared.items()}

@@ -13,14 +13,12 @@ from sympy.physics.mechanics import dynamicsymbols
 def model():
     t = sp.Symbol("t")
     a1, a2 = dynamicsymbols("a1 a2")
-    m1, m2, l1, d1, d2, J1, J2, g = sp.symbols("m1 m2 l1 d1 d2 J1 J2 g")
+    m1, m2, l1, d1, d2, g = sp.symbols("m1 m2 l1 d1 d2 g")
     x1, y1 = d1 * sp.cos(a1), d1 * sp.sin(a1)
     x2 = l1 * sp.cos(a1) + d2 * sp.cos(a1 + a2)
     y2 = l1 * sp.sin(a1) + d2 * sp.sin(a1 + a2)
-    w1 = a1.diff(t)
-    w2 = a1.diff(t) + a2.diff(t)
-    T1 = m1 * (x1.diff(t) ** 2 + y1.diff(t) ** 2) / 2 + J1 * w1**2 / 2
-    T2 = m2 * (x2.diff(t) ** 2 + y2.diff(t) ** 2) / 2 + J2 * w2**2 / 2
+    T1 = m1 * (x1.diff(t) ** 2 + y1.diff(t) ** 2) / 2
+    T2 = m2 * (x2.diff(t) ** 2 + y2.diff(t) ** 2) / 2
     V = g * m1 * y1 + g * m2 * y2
     L = T1 + T2 - V
     th, thd = sp.Matrix([a1, a2]), sp.Matrix([a1, a2]).diff(t)
@@ -31,14 +29,16 @@ def model():
     q, v = sp.symbols("q1 q2"), sp.symbols("v1 v2")
     plain = dict(zip([*thd, *th], [*v, *q]))
     M, C, G = (each.subs(plain) for each in (M, sp.expand(rest - G), G))
-    values = {m1: "m1", m2: "m2", l1: "L1", d1: "d1", d2: "d2", J1: "I_l1", J2: "I_l2", g: 9.81}
+    values = {m1: "m1", m2: "m2", l1: "L1", d1: "d1", d2: "d2", g: 9.81}
     return from_sympy(q, v, mass_matrix=M, bias=C, gravity=G, values=values)
 """
 
 
 @pytest.fixture
 def arm():
-    return make_plain_arm("tested", 2).model_copy(update={"payload_mass_kg": 0.0})
+    plain = make_plain_arm("tested", 2)
+    points = tuple(link.model_copy(update={"inertia_kg_m2": 0.0}) for link in plain.links)
+    return plain.model_copy(update={"payload_mass_kg": 0.0, "links": points})
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,6 @@ def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new):
     file = tmp_path / "mine.py"
     file.write_text(text, encoding="utf-8")
     change = try_equations(f"{file}:model", arm).change
-    assert change is not None
     assert change.wrong == ()
     (edit,) = change.edits
     assert edit.line == text[: text.index(wrong) + len(wrong)].count("\n") + 1

@@ -2,6 +2,7 @@
 
 import re
 import sys
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -118,12 +119,16 @@ def select_parts(*names: str) -> str:
     return text.replace(", ".join(PARTS), f"{listed},")
 
 
+def indent(lines: str, by: int) -> str:
+    return textwrap.indent(lines, by * " ") + "\n"
+
+
 def find_part(piece: str) -> str:
     """The function that the first such piece of the code stands in."""
     return max(PARTS, key=lambda name: CODE.rfind(f"    def {name}(", 0, CODE.index(piece)))
 
 
-def make_code(folder: Path, text: str, *replaced: tuple[str, str]) -> UserCode:
+def write_code(folder: Path, text: str, *replaced: tuple[str, str]) -> UserCode:
     """The code of a file with pieces of its text replaced."""
     for right, wrong in replaced:
         assert right in text
@@ -131,9 +136,7 @@ def make_code(folder: Path, text: str, *replaced: tuple[str, str]) -> UserCode:
     file = folder / "mine.py"
     file.write_text(text, encoding="utf-8")
     import_object(f"{file}:make")
-    code = find_named_code(f"{file}:make")
-    assert code is not None
-    return code
+    return find_named_code(f"{file}:make")
 
 
 def make_answer_key(text: str, states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
@@ -151,13 +154,20 @@ def make_answer_key(text: str, states: Sequence[Sequence[float]] = STATES) -> An
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
 
 
+def search(
+    folder: Path, text: str, *replaced: tuple[str, str], keys: Sequence[AnswerKey] = ()
+) -> SourceAnswer | None:
+    """The answer to mistakes in a text, by right answers of its own or by others."""
+    code = write_code(folder, text, *replaced)
+    return find_source_answer(code, lambda: keys or [make_answer_key(text)], ignore_progress)
+
+
 def find_answer(
     folder: Path, *replaced: tuple[str, str], beside: Sequence[str] = ("weights",)
 ) -> SourceAnswer | None:
     """The answer to mistakes in the functions that they stand in, beside right ones."""
     text = select_parts(*dict.fromkeys([*beside, *(find_part(right) for right, _ in replaced)]))
-    code = make_code(folder, text, *replaced)
-    return find_source_answer(code, lambda: [make_answer_key(text)], ignore_progress)
+    return search(folder, text, *replaced)
 
 
 @pytest.mark.parametrize(
@@ -229,7 +239,6 @@ def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
     if not rank:  # the text differs, the values do not
         assert answer is None
         return
-    assert answer is not None
     assert answer.wrong == ()
     line = CODE[: CODE.index(right) + len(right)].rstrip().count("\n") + 1
     assert line in [each.line for each in (*answer.edits, *answer.alternatives)]
@@ -239,50 +248,34 @@ def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
 
 def test_a_statement_that_was_forgotten_is_added(tmp_path):
     answer = find_answer(tmp_path, ("total = total + w * p[i]", "u = w * p[i]"))
-    assert answer is not None
     assert answer.edits[0].new == "total += u"
     assert answer.edits[0].remedy == "total += u should follow u = w * p[i] + np.cross(p, w)"
 
 
-@pytest.mark.parametrize(
-    ("right", "wrong", "remedy"),
-    [
-        (
-            "            p = np.cross(w, p) + R.T @ w\n        return total",
-            "            p = np.cross(w, p) + R.T @ w\n            return total",
-            "return total should stand after the loop of line 21",
-        ),
-        (
-            "            p = np.cross(w, p) + R.T @ w\n",
-            "        p = np.cross(w, p) + R.T @ w\n",
-            "p = np.cross(w, p) + R.T @ w should stand in the loop of line 21",
-        ),
-        (
-            """            total = total + w * p[i] + np.cross(p, w)
-            p = np.cross(w, p) + R.T @ w
-""",
-            """            p = np.cross(w, p) + R.T @ w
-            total = total + w * p[i] + np.cross(p, w)
-""",
-            "total = total + w * p[i] + np.cross(p, w) should stand before "
-            "p = np.cross(w, p) + R.T @ w",
-        ),
-        (
-            """            carried = turns @ carried
-            carried = carried + c1
-            scaled = carried * q[0]
-""",
-            """            scaled = carried * q[0]
-            carried = turns @ carried
-            carried = carried + c1
-""",
-            "scaled = carried * q[0] should stand after carried = carried + c1",
-        ),
-    ],
-)
-def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
+TURN = "p = np.cross(w, p) + R.T @ w"
+SUM = "total = total + w * p[i] + np.cross(p, w)"
+CARRY, SCALE = "carried = turns @ carried\ncarried = carried + c1", "scaled = carried * q[0]"
+MOVED = {
+    "return total should stand after the loop of line 21": (
+        indent(TURN, 12) + indent("return total", 8),
+        indent(TURN, 12) + indent("return total", 12),
+    ),
+    f"{TURN} should stand in the loop of line 21": (indent(TURN, 12), indent(TURN, 8)),
+    f"{SUM} should stand before {TURN}": (
+        indent(f"{SUM}\n{TURN}", 12),
+        indent(f"{TURN}\n{SUM}", 12),
+    ),
+    f"{SCALE} should stand after carried = carried + c1": (
+        indent(f"{CARRY}\n{SCALE}", 12),
+        indent(f"{SCALE}\n{CARRY}", 12),
+    ),
+}
+
+
+@pytest.mark.parametrize("remedy", MOVED)
+def test_a_statement_at_a_wrong_place_is_moved(tmp_path, remedy):
+    right, wrong = MOVED[remedy]
     answer = find_answer(tmp_path, (right, wrong))
-    assert answer is not None
     assert answer.wrong == ()
     (edit, *_) = answer.edits
     assert edit.remedy == remedy
@@ -311,7 +304,6 @@ def test_a_lost_summand_is_named_behind_the_formula_as_that_is_written(tmp_path)
 
 def test_two_errors_are_one_answer(tmp_path):
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("R.T @ w", "R @ w"))
-    assert answer is not None
     assert [each.line for each in answer.edits] == [16, 23]
     assert answer.wrong == ()
     (sentence, *_) = answer.sentences
@@ -322,7 +314,6 @@ def test_two_errors_are_one_answer(tmp_path):
 def test_an_error_that_another_one_hides_is_found_once_that_is_mended(tmp_path):
     """Of two in weights, the second mends no entry as long as the first is there."""
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("s * q[1]", "s * q[0]"))
-    assert answer is not None
     assert [each.line for each in answer.edits] == [15, 16]
     assert answer.wrong == ()
 
@@ -334,7 +325,6 @@ def test_an_error_that_another_one_hides_is_found_once_that_is_mended(tmp_path):
 def test_an_error_beside_one_that_no_edit_mends_is_named(tmp_path, right, wrong, line):
     """A number is solved for by its part alone."""
     answer = find_answer(tmp_path, (right, wrong), ("w * p[i]", "w**3 * np.exp(p[i] + s)"))
-    assert answer is not None
     assert [each.line for each in answer.edits] == [line]
     assert {entry.partition("[")[0] for entry in answer.wrong} == {"moment"}
     assert "wrong" in next(iter(answer.sentences))
@@ -350,19 +340,14 @@ def test_what_is_right_has_no_answer(tmp_path):
 
 def test_the_sentence_quotes_the_line(tmp_path):
     answer = find_answer(tmp_path, ("(c1 + b.lever) * np.cos(q[0])", "c1 + b.lever * np.cos(q[0])"))
-    assert answer is not None
     (edit,) = answer.edits
     line = edit.start + edit.removed + edit.end
     assert line == (tmp_path / "mine.py").read_text(encoding="utf-8").splitlines()[edit.line - 1]
-    mended = SimpleNamespace(text=edit.start + edit.added + edit.end)
-    assert eval_line(mended.text) == pytest.approx(eval_line(CODE.splitlines()[edit.line - 1]))
-
-
-def eval_line(line: str) -> float:
-    """The value that a line of weights assigns."""
     body = SimpleNamespace(mass=1.3, lever=0.6)
     names = {"a": body, "b": body, "c1": 0.3, "c2": 0.9, "s": 1.7, "q": [0.2, 0.4], "np": np}
-    return eval(line.partition("=")[2], names)
+    mended, right = edit.start + edit.added + edit.end, CODE.splitlines()[edit.line - 1]
+    values = [eval(each.partition("=")[2], names) for each in (mended, right)]
+    assert values[0] == pytest.approx(values[1])
 
 
 MATRICES = """
@@ -398,9 +383,7 @@ def make():
     ],
 )
 def test_edits_of_matrices_and_vectors_are_found(tmp_path, right, wrong):
-    code = make_code(tmp_path, MATRICES, (right, wrong))
-    answer = find_source_answer(code, lambda: [make_answer_key(MATRICES)], ignore_progress)
-    assert answer is not None
+    answer = search(tmp_path, MATRICES, (right, wrong))
     assert answer.is_whole
     assert answer.edits[0].line == MATRICES[: MATRICES.index(right)].count("\n") + 1
 
@@ -408,10 +391,8 @@ def test_edits_of_matrices_and_vectors_are_found(tmp_path, right, wrong):
 @pytest.mark.parametrize("stated", [(), (1.7,)])
 def test_numbers_of_the_file_are_not_solved_for(tmp_path, stated):
     """Else another number would make up for a term that is lost."""
-    code = make_code(tmp_path, MATRICES, ("1.7 * e + e * e", "1.7 * e"))
     key = replace(make_answer_key(MATRICES), numbers=frozenset(stated))
-    answer = find_source_answer(code, lambda: [key], ignore_progress)
-    assert answer is not None
+    answer = search(tmp_path, MATRICES, ("1.7 * e + e * e", "1.7 * e"), keys=[key])
     assert answer.edits[0].new == ("1.7 * e + e ** 2" if stated else "2.11")
 
 
@@ -433,9 +414,7 @@ def make():
 
     return {"ask": ask}
 """
-    code = make_code(tmp_path, right, ("B @ A", "A @ A"))
-    answer = find_source_answer(code, lambda: [make_answer_key(right)], ignore_progress)
-    assert answer is not None
+    answer = search(tmp_path, right, ("B @ A", "A @ A"))
     assert answer.is_whole
     assert (answer.edits[0].new, answer.edits[0].rank) == ("B @ A", 2)
 
@@ -451,15 +430,11 @@ def count():
 def make():
     return count()[0].real + count()[-1]
 """
-    (tmp_path / "mine.py").write_text(text, encoding="utf-8")
-    import_object(f"{tmp_path / 'mine.py'}:make")
-    code = find_named_code(f"{tmp_path / 'mine.py'}:make")
-    assert code is not None
+    code = write_code(tmp_path, text)
     compiled = [code.compile(statement) for statement in code.statements]
     made = []
     SourceTree(code).observe(lambda: made.append(code.run(compiled)))
-    before = made[0].__globals__["counts"]
-    assert before == []
+    assert made[0].__globals__["counts"] == []
     SourceTree(code).observe(lambda: made.append(code.run(compiled)()))
     assert len(sys.modules[MODULE].counts) == 2
 
@@ -467,7 +442,7 @@ def make():
 def test_progress_is_reported(tmp_path):
     updates = []
     text = select_parts("weights")
-    code = make_code(tmp_path, text, ("- 2 * c1", "+ 2 * c1"))
+    code = write_code(tmp_path, text, ("- 2 * c1", "+ 2 * c1"))
     find_source_answer(code, lambda: [make_answer_key(text)], updates.append)
     assert updates == ["looking for the line that must change"]
 
@@ -475,14 +450,10 @@ def test_progress_is_reported(tmp_path):
 def test_of_edits_of_one_statement_that_say_the_same_the_likeliest_is_the_answer(tmp_path):
     """Judged on one mechanism each is an alternative; on unequal numbers they are one answer."""
     text = select_parts("weights", "moment")
-    code = make_code(tmp_path, text, ("R.T @ w", "R @ w"))
     key, turned = make_answer_key(text), make_answer_key(text, STATES[::-1])
     here, unequal = (
-        find_source_answer(code, lambda keys=keys: keys, ignore_progress)
-        for keys in ([key], [key, turned])
+        search(tmp_path, text, ("R.T @ w", "R @ w"), keys=keys) for keys in ([key], [key, turned])
     )
-    assert here is not None
-    assert unequal is not None
     assert here.alternatives
     assert unequal.is_unequal
     assert not unequal.alternatives

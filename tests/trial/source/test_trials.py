@@ -11,37 +11,16 @@ import pytest
 
 from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.cli.files.template import make_plain_arm
-from crosscheck.models.loading import load_arm
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
-from crosscheck.report.trials.output import format_trial_json, render_trial_page
 from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import worker
+from crosscheck.trial.tables.folder import format_arm_toml
 from tests.robots import chains, two_link
+from tests.trial import robot_errors
+from tests.trial.test_dependence import arm_of
 
-ARM = """
-schema_version = 2
-name = "tested"
-payload_mass_kg = 0
-[[joints]]
-kind = "direct"
-motor_mass_kg = 0
-rotor_inertia_kg_m2 = 0
-[[joints]]
-kind = "direct"
-motor_mass_kg = 0
-rotor_inertia_kg_m2 = 0
-[[links]]
-length_m = 0.6
-com_m = 0.25
-mass_kg = 4.0
-inertia_kg_m2 = 0.1
-[[links]]
-length_m = 0.45
-com_m = 0.2
-mass_kg = 2.5
-inertia_kg_m2 = 0.06
-"""
 LITERAL = """
 import numpy as np
 from crosscheck import Equations
@@ -75,10 +54,8 @@ SQUARE = "v[1] ** 2)", "v[1])"
 
 
 @pytest.fixture
-def arm(tmp_path):
-    path = tmp_path / "arm.toml"
-    path.write_text(ARM, encoding="utf-8")
-    return load_arm(str(path))
+def arm() -> Arm:
+    return arm_of((4.0, 0.6, 0.25, 0.1), (2.5, 0.45, 0.2, 0.06))
 
 
 def write_model(folder: Path, text: str, *replaced: tuple[str, str]) -> str:
@@ -98,7 +75,6 @@ def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
     before = {each: each.read_bytes() for each in tmp_path.iterdir()}
     trial = try_equations(model, arm)
     answer = trial.change
-    assert answer is not None
     assert [each.place for each in answer.edits] == [f"mine.py:{find_line(BY_FILE, 'v[1] ** 2)')}"]
     assert "v[1] ** 2" in answer.edits[0].new
     assert answer.is_unequal
@@ -112,7 +88,6 @@ def test_the_line_is_named_where_other_coordinates_explain_all_too(tmp_path, arm
     wrong = "return q[1]", "return np.radians(q[1])"
     trial = try_equations(write_model(tmp_path, text, wrong), arm)
     assert any("degrees" in each for each in trial.diagnosis.readings)
-    assert trial.change is not None
     assert [each.line for each in trial.change.edits] == [find_line(text, "return q[1]")]
     absolute = BY_FILE.replace("q[1])", "q[1] - q[0])")
     trial = try_equations(write_model(tmp_path, absolute), arm)
@@ -127,8 +102,8 @@ def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
     assert wrong.count("np.cross(omega, inertia @ omega)") == 1
     wrong = wrong.replace("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)")
     (tmp_path / "mine.py").write_text(wrong, encoding="utf-8")
-    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", "puma560").change
-    assert answer is not None
+    robot = chains.robot(robot_errors.TURNED.urdf, {f"j{n}": chains.geared(3.0) for n in (1, 2)})
+    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", robot).change
     assert answer.wrong == ()
     assert answer.level == "links"  # not the one that two errors are nearest to
     line = find_line(text, right)
@@ -145,6 +120,7 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
 def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
     model = write_model(tmp_path, LITERAL, ("2 * m12", "m12"))
     urdf = tmp_path / "robot.urdf"
+    (tmp_path / "arm.toml").write_text(format_arm_toml(arm), encoding="utf-8")
     export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
     robot = load_robot(str(urdf.with_suffix(".toml")))
     answers = [try_equations(model, machine).change for machine in (arm, robot)]
@@ -157,7 +133,6 @@ def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
 
 def test_numbers_that_are_in_the_code_are_said_to_be(tmp_path, arm):
     answer = try_equations(write_model(tmp_path, LITERAL, SQUARE), arm).change
-    assert answer is not None
     assert not answer.is_unequal
     assert any("these numbers alone" in each for each in answer.sentences)
 
@@ -190,7 +165,6 @@ def test_functions_inside_a_function_are_edited():
     given = Equations(mass_matrix=two_link.mass_matrix, bias=bias)
     assert try_equations(given, two_link.robot()).change is None  # of two files
     answer = try_equations(Equations(bias=bias), two_link.robot()).change
-    assert answer is not None
     assert answer.edits[0].line == bias.__code__.co_firstlineno + 1
 
 
@@ -240,7 +214,6 @@ def test_a_cell_of_a_notebook_is_edited(arm):
     names = {"Equations": Equations, "cos": np.cos}
     exec(compile(text, "<cell 3>", "exec"), names)
     answer = try_equations(names["model"], arm).change
-    assert answer is not None
     assert answer.edits[0].place == "<cell 3>:6"
 
 
@@ -273,7 +246,6 @@ def test_an_edit_that_does_not_end_costs_little(tmp_path, arm, monkeypatch):
     loop = "    h = 0.0\n        k = 0\n        while k < 4:\n            k += 1\n            h = "
     text = BY_FILE.replace("    h = ", loop).replace("2 * v[0]", "v[0]")
     answer = try_equations(write_model(tmp_path, text), arm).change
-    assert answer is not None
     assert [each.line for each in answer.edits] == [find_line(text, "v[0] * v[1]")]
 
 
@@ -288,8 +260,7 @@ def test_an_edit_that_would_write_a_file_writes_none(tmp_path, arm):
             pass
 """
     text = BY_FILE.replace("\n    def bias(q, v):\n", careful)
-    answer = try_equations(write_model(tmp_path, text, SQUARE), arm).change
-    assert answer is not None
+    assert try_equations(write_model(tmp_path, text, SQUARE), arm).change is not None
     assert (tmp_path / "kept.txt").read_text(encoding="utf-8") == "kept"
 
 
@@ -304,10 +275,3 @@ def test_the_views_show_the_line(tmp_path, arm):
     jsonschema.validate(content, json.loads(schema.read_text(encoding="utf-8")))
     (edit,) = content["change"]["edits"]
     assert edit["file"] == "mine.py"
-
-
-def test_a_robots_views_show_the_line():
-    trial = try_equations(forgetful, two_link.robot())
-    edit = json.loads(format_trial_json(trial))["change"]["edits"][0]
-    assert edit["file"] == "test_trials.py"
-    assert f"{edit['file']}:{edit['line']}" in render_trial_page(trial)
