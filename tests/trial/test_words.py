@@ -14,6 +14,7 @@ from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
+from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (
@@ -96,6 +97,13 @@ def test_terms_and_their_errors_are_written_as_people_write_them(snapshot: Snaps
         "vector": format_vector(np.array([1.0, 0.123456789])),
         "errors": list(map(messages.describe_term_error, ERRORS)),
     } == snapshot
+
+
+def test_a_wave_with_the_other_sign_has_one_minus_at_most():
+    for by, yours in ((1.0, "-sin(phi_1 - phi_2)"), (-1.0, "sin(phi_1 - phi_2)")):
+        key = TermKey((0, 1), "sin")
+        change = TermChange("angle", (product(ONE),), np.zeros(1), 1.0, by=by, key=key)
+        assert messages.make_term_error(change, ABSOLUTE).yours == yours
 
 
 def test_a_guess_is_the_likeliest_error_and_one_more_at_most():

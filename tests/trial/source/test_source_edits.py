@@ -1,5 +1,6 @@
 """Which edit of a source a search finds: one of every kind, two together, or none."""
 
+import ast
 import re
 import sys
 import textwrap
@@ -99,10 +100,24 @@ def make():
             held[i] += pull[i] - (pull[i + 1] if i < 2 else 0.0)
         return moments[1] * held + np.cross(lever, held) + np.cross(spun, np.cross(spun, lever))
 
-    parts = weights, moment, spin, sweep, lift, inertia, order, push
+    def undo(matrix):
+        return np.linalg.inv(matrix)
+
+    def mate(q):
+        frames = [[R + q[0] * np.eye(3), c1], [R - q[1] * np.eye(3), c2]]
+        pull, back, last = np.array([q[0], c2, q[1]]), np.array([c1, q[1], s]), 1
+        total = np.zeros(3)
+        for i in range(2):
+            total += c1 * pull
+            total += q[0] * back
+            held = frames[i][0] @ pull
+        turned = np.dot(undo(frames[0][0] @ R), pull)
+        return held + total * turned + frames[last][0] @ back
+
+    parts = weights, moment, spin, sweep, lift, inertia, order, push, mate
     return {each.__name__: each for each in parts}
 """
-PARTS = "weights", "moment", "spin", "sweep", "lift", "inertia", "order", "push"
+PARTS = "weights", "moment", "spin", "sweep", "lift", "inertia", "order", "push", "mate"
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
 
@@ -218,6 +233,9 @@ def find_answer(
         ("R @ np.diag([1.3, 2.1, 0.7]) @ R.T", "R @ np.diag([1.3, 2.1, 0.7]) * R.T", 2),
         ("shares + bonus +", "shares +", 2),
         ("n / 2", "n // 2", 2),
+        ("[0.0, 0.3, c1]", "[s * c2, 0.3, c1]", 2),
+        ("undo(frames[0][0] @ R)", "frames[0][0] @ R", 4),
+        ("frames[last][0] @ back", "back", 4),
         ("if i == 0", "if i != 0", 2),
         ("in reversed(range(n))", "in range(n)", 2),
         ("for j in range(i)", "for j in range(n)", 2),
@@ -244,6 +262,14 @@ def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
     assert line in [each.line for each in (*answer.edits, *answer.alternatives)]
     assert answer.edits[0].rank <= rank
     assert not answer.is_unequal  # judged on one mechanism
+
+
+def test_a_statement_like_another_one_that_was_forgotten_is_added(tmp_path):
+    answer = find_answer(tmp_path, ("            total += q[0] * back\n", ""), beside=())
+    assert answer is not None
+    assert [each.remedy for each in answer.edits] == [
+        "total += q[0] * back should follow total += c1 * pull"
+    ]
 
 
 def test_a_statement_that_was_forgotten_is_added(tmp_path):
@@ -300,6 +326,12 @@ def test_a_lost_summand_is_named_behind_the_formula_as_that_is_written(tmp_path)
     answer = find_answer(tmp_path, ("a.mass * (c1 + b.lever) * np.cos(q[0]) + s * q[1] + c2", lost))
     assert answer is not None
     assert [each.remedy for each in answer.edits] == [f"+ c2 should follow {lost}"]
+
+
+def test_the_sign_of_a_long_formulas_last_summand_is_named_alone(tmp_path):
+    (edit,) = find_answer(tmp_path, ("s * q[1] + c2", "s * q[1] - c2")).edits
+    assert (edit.remedy, edit.removed, edit.added) == ("- c2 should be + c2", "-", "+")
+    assert f"{edit.start}{edit.added}{edit.end}" == CODE.splitlines()[edit.line - 1]
 
 
 def test_two_errors_are_one_answer(tmp_path):
@@ -396,6 +428,16 @@ def test_numbers_of_the_file_are_not_solved_for(tmp_path, stated):
     assert answer.edits[0].new == ("1.7 * e + e ** 2" if stated else "2.11")
 
 
+def test_a_number_of_the_file_is_solved_for_where_nothing_else_mends(tmp_path):
+    key = replace(make_answer_key(MATRICES), numbers=frozenset([1.93]))
+    answer = search(tmp_path, MATRICES, ("1.7 * e + e", "1.93 * e + e"), keys=[key])
+    assert [each.new for each in answer.edits] == ["1.7"]
+
+
+def test_a_number_that_nobody_writes_is_no_answer(tmp_path):
+    assert search(tmp_path, MATRICES, ("1.7 * e + e * e", "2.6 * np.exp(np.exp(e))")) is None
+
+
 def test_an_edit_that_changes_what_equations_are_made_of_hides_no_other(tmp_path):
     """Row a in place of b keeps what is added to it, before a matrix is another one."""
     right = """
@@ -437,6 +479,18 @@ def make():
     assert made[0].__globals__["counts"] == []
     SourceTree(code).observe(lambda: made.append(code.run(compiled)()))
     assert len(sys.modules[MODULE].counts) == 2
+
+
+def test_a_run_changes_none_of_the_users_own_arrays():
+    """Else an edit that does would stay made in all that come after it."""
+    rows = [np.ones(2)]
+    own = {"rows": rows, "pair": (rows[0], {"last": np.ones(1)})}
+    text = "def add():\n    rows[0] += 1\n    pair[1]['last'] += 1\n    return rows, pair\n"
+    code = UserCode("mine.py", text, ast.parse(text).body, own, lambda names: names["add"])
+    changed, pair = code.run(map(code.compile, code.statements))()
+    assert [*changed[0], *pair[1]["last"]] == [2, 2, 2]
+    assert pair[0] is changed[0]
+    assert [*rows[0], *own["pair"][1]["last"]] == [1, 1, 1]
 
 
 def test_progress_is_reported(tmp_path):
