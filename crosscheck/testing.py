@@ -143,9 +143,10 @@ def assert_agrees(
     if trial.exit_code:
         first = trial.first_error or "not all checks agree"
         headline, *lines = (line for line in trial.lines if line != first)
-        is_first = headline.endswith(first)
-        begin = [headline] if is_first else [f"{trial.problem.name}: {first}", headline]
-        raise AssertionError("\n".join((*begin, *lines)))
+        if not headline.endswith(first):  # a test's summary has room for its beginning alone
+            has_place = trial.change is not None and trial.wrong
+            headline = f"{'' if has_place else f'{trial.problem.name}: '}{first}\n{headline}"
+        raise AssertionError("\n".join((headline, *lines)))
     return trial
 
 

@@ -68,6 +68,7 @@ class TrialDiagnosis:
             which one change explains all; '' of geared ones.
         entries: The entries that differ from it.
         notes: Sentences on units, on single parts and on entries.
+        unexplained: Sentences on entries that no change of their terms explains.
         explanations: Words that complete `the equations of the level with ...`, each of which
             alone explains all.
         readings: Other coordinates, in words, in which all is right; then no other reason is
@@ -81,6 +82,7 @@ class TrialDiagnosis:
     level: Any
     entries: tuple[EntryMismatch, ...] = ()
     notes: tuple[str, ...] = ()
+    unexplained: tuple[str, ...] = ()
     explanations: tuple[str, ...] = ()
     readings: tuple[str, ...] = ()
     hidden: tuple[EntryMismatch, ...] = ()
@@ -196,6 +198,8 @@ class Trial:
         if others:
             yield f"would also be explained by {list_equals(others)}"
         yield from diagnosis.notes
+        if self.change is None or not self.change.is_whole:
+            yield from diagnosis.unexplained
 
     @property
     def parts(self) -> list[PartDeviation]:
@@ -232,7 +236,7 @@ class Trial:
         yield from self.change.sentences if self.change else ()
         yield from self.causes[:MOST_CAUSES]
         if len(self.causes) > MOST_CAUSES:
-            yield f"and {len(self.causes) - MOST_CAUSES} more, all in --json and on the page"
+            yield f"and {len(self.causes) - MOST_CAUSES} more"
         yield from self.failing_checks
         yield from (f"note: {note}" for note in self.notes)
         yield from self.scope

@@ -134,16 +134,15 @@ def _get_subjects(request: TrialRequest) -> type[TrialSubject]:
 def _run_once(
     subjects: type[TrialSubject], progress: ProgressCallback, request: TrialRequest
 ) -> Trial:
-    with subjects.ask(request, progress) as subject:
+    # Answers may be as large as numbers get: what overflows, or is divided by 0, fits nothing.
+    with subjects.ask(request, progress) as subject, np.errstate(all="ignore"):
         return _judge_subject(subject, request)
 
 
 def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     problem = subject.problem
-    # Answers may be as large as numbers get: what overflows, or is divided by 0, fits no change.
-    with np.errstate(all="ignore"):
-        distances = subject.measure_levels()
-        diagnosis = subject.diagnose(distances)
+    distances = subject.measure_levels()
+    diagnosis = subject.diagnose(distances)
     level = diagnosis.level
     answers = subject.collect_answers(level)
     self_checks = list(judge_answers(answers))

@@ -9,7 +9,7 @@ import pytest
 from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.robot.file import load_robot
-from crosscheck.trial.arms.entry_notes import describe_entries
+from crosscheck.trial.arms.entry_notes import describe_entries, describe_unexplained
 from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
@@ -197,7 +197,8 @@ def test_explained_errors_come_first_then_notes_then_all_others():
         EntryMismatch(EntryPlace("bias", 1), 2.0, notes=("a note",), name="b"),
         EntryMismatch(EntryPlace("bias", 2), 1.0, why, name="c", guess="known"),
     ]
-    assert [*describe_entries(entries)] == ["c: known", "b: a note", "a: unknown"]
+    assert [*describe_entries(entries)] == ["c: known", "b: a note"]
+    assert [*describe_unexplained(entries)] == ["a: unknown"]
 
 
 def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(

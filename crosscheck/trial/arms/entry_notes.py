@@ -22,11 +22,18 @@ def name_entry(wrong: EntryMismatch, names: Sequence[str]) -> EntryMismatch:
 
 def describe_entries(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
     """Errors, one line each, however many entries they appear in; those explained first."""
-    groups = group_by_errors([each for each in wrong if not each.notes])
-    explained = [group for group in groups if group[0].explanation]
-    yield from map(_describe_group, explained)
+    yield from map(_describe_group, _group_entries(wrong, explained=True))
     yield from describe_entry_notes(wrong)
-    yield from (_describe_group(group) for group in groups if group not in explained)
+
+
+def describe_unexplained(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
+    """Entries that no change of their terms explains, one line for those that are alike."""
+    yield from map(_describe_group, _group_entries(wrong, explained=False))
+
+
+def _group_entries(wrong: Sequence[EntryMismatch], *, explained: bool) -> list[list[EntryMismatch]]:
+    groups = group_by_errors([each for each in wrong if not each.notes])
+    return [group for group in groups if bool(group[0].explanation) == explained]
 
 
 def _describe_group(group: Sequence[EntryMismatch]) -> str:

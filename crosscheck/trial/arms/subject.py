@@ -27,6 +27,7 @@ from crosscheck.trial.arms.answer_keys import make_arm_answer_keys
 from crosscheck.trial.arms.entry_notes import (
     describe_entries,
     describe_point_masses,
+    describe_unexplained,
     describe_unfollowed,
     name_entry,
 )
@@ -181,6 +182,7 @@ class ArmSubject(TrialSubject):
             level,
             wrong,
             () if readings else tuple(describe_entries(wrong)),
+            () if readings else tuple(describe_unexplained(wrong)),
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
@@ -251,7 +253,8 @@ class ArmSubject(TrialSubject):
     def list_notes(self, diagnosis: TrialDiagnosis) -> list[str]:
         """Numbers that are not followed, and errors on other arms alone."""
         note = describe_unfollowed(diagnosis.ignored_numbers)
-        lines = describe_entries(diagnosis.hidden)
+        hidden = diagnosis.hidden
+        lines = [*describe_entries(hidden), *describe_unexplained(hidden)]
         front = "Right on this arm. On others, whose numbers differ, this is wrong: "
         return [*[note] * bool(note), *(f"{front}{line}" for line in lines)]
 

@@ -104,7 +104,7 @@ def diagnose(
         words += tuple(each.words for each in find_readings(problem)[1])
     if not (words or notes):
         notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
-    return TrialDiagnosis(level, tuple(entries), tuple(notes), words)
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), explanations=words)
 
 
 def _describe_accelerations(
@@ -151,7 +151,8 @@ def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
         elif len(each.joints) == len(problem.names):
             causes.append("every joint: its axis the other way")
     words = tuple(dict.fromkeys(each.described for each in readings))
-    return TrialDiagnosis(level, tuple(entries), (), tuple(causes), readings=words)
+    explanations = tuple(causes)
+    return TrialDiagnosis(level, tuple(entries), explanations=explanations, readings=words)
 
 
 def _find_explanations(
