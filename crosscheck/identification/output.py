@@ -26,10 +26,11 @@ SCHEMA_VERSION = 4
 
 
 def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
-    """The mechanism, the sentences that answer, the engines, every side's steps and estimates."""
+    """The sentences that answer, then the engines and every side's steps and estimates."""
     mechanism = comparison.mechanism
-    yield f"Compared with the {mechanism.noun} {mechanism.name}:"
-    yield from messages.describe_answers(comparison)
+    first, *further = messages.describe_answers(comparison)
+    yield f"{mechanism.noun.capitalize()} {mechanism.name}: {first}"
+    yield from further
     yield ""
     records = comparison.records
     yield from dict.fromkeys(note for each in records for note in each.notes)
@@ -61,7 +62,8 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
         for each in (*side.judgement.levels, *side.judgement.changes):
             number = "" if each.estimate is None else messages.format_estimate(each.estimate)
             head = f"  {each.level}, {number or 'the file'}"
-            yield f"{head}: residual {messages.format_row(each.ratios)} times that of any links"
+            ratios = messages.format_row(side.measured, each.ratios)
+            yield f"{head}: residual over that of any links {ratios}"
         if is_brief:
             yield from (
                 f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction
@@ -70,7 +72,8 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
     for step in side.steps:
         yield (
             f"  {step.name}: {step.parameters} parameters, residual {step.weighted:.3f},"
-            f" {step.predicted:.3f} predicted; {messages.format_row(step.rms)} {unit} rms"
+            f" {step.predicted:.3f} predicted; rms {messages.format_row(side.measured, step.rms)}"
+            f" [{unit}]"
         )
     for estimate in side.estimates:
         part = f", {estimate.systematic / estimate.error:.0%} of its error from other bands"
