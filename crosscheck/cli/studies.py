@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -71,22 +71,31 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
         for column in list_columns(study):
             if "time" in column.dims or column.name == DIVERGED:
                 continue
-            defined_values, size = _defined_values(result, column.name), result[column.name].size
-            row = [column.name, column.unit, f"{size - defined_values.size:,} of {size:,}"]
-            if defined_values.size:
-                row += [
-                    f"{n:.6g}"
-                    for n in (defined_values.min(), np.median(defined_values), defined_values.max())
-                ]
-            else:
-                row += [""] * 3
-            table.add_row(
-                *map(make_printable, row),
-                *([_format_engine_difference(result, column.name)] * checked),
-            )
+            for label, own in _select_joints(result, column.name):
+                defined_values, size = _defined_values(own, column.name), own[column.name].size
+                row = [label, column.unit, f"{size - defined_values.size:,} of {size:,}"]
+                if defined_values.size:
+                    median = np.median(defined_values)
+                    numbers = defined_values.min(), median, defined_values.max()
+                    row += [f"{number:.6g}" for number in numbers]
+                else:
+                    row += [""] * 3
+                row += [_format_engine_difference(own, column.name)] * checked
+                table.add_row(*map(make_printable, row))
         console = Console()
         console.width = max(console.width, LEAST_WIDTH)
         console.print(table)
+    if (stride := study.base.scenario.stride) > 1:
+        print(f"taken at recorded steps, one in {stride} (scenario.record_every)")
+
+
+def _select_joints(result: xr.Dataset, name: str) -> Iterator[tuple[str, xr.Dataset]]:
+    """What stands before a quantity's numbers and the result; one for each of several joints."""
+    joints = result[name].sizes.get("joint", 1)
+    for joint in range(joints) if joints > 1 else ():
+        yield f"{name}, joint {joint + 1}", result.isel(joint=joint)
+    if joints == 1:
+        yield name, result
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:
