@@ -132,7 +132,14 @@ def _values(answers: TrialAnswers, sheet: StateRequest, part: str) -> np.ndarray
     missing = sheet.needed[part] & ~np.isfinite(values).all(axis=1)
     if missing.any():
         row = int(np.flatnonzero(missing)[0])
-        where = whose[row] or next(file.where for file in answers.files if part in file.answers)
+        near = [
+            f.where for f in answers.files if part in f.answers and _match_rows(f, sheet)[1].any()
+        ]
+        if not near:
+            rows = f"{SHORT[part]} of rows {sheet.first} to {sheet.first + sheet.count - 1}"
+            reason = f"is missing; no file has answers to the states of {sheet.arm.name}"
+            raise InputError("--answers", rows, None, reason)
+        where = whose[row] or near[0]
         entry = values[row]
         problem = "is missing" if np.isnan(entry).any() else "is infinite"
         others = f", and {int(missing.sum()) - 1} more" if missing.sum() > 1 else ""

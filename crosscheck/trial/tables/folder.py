@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,7 @@ from crosscheck.trial.tables.state_requests import (
 
 MAT_TEXT = b"MATLAB 5.0 MAT-file, states of a trial, geararm-crosscheck"
 TEXT_LENGTH = 116  # length of the text at the head of a MAT file
-TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
+TEMPLATES = (".m", ".c", ".jl", ".mos")  # suffixes
 
 
 def render_request_files(
@@ -34,19 +36,30 @@ def render_request_files(
     files: dict[str, str | bytes] = {}
     for request in sheets:
         files |= _render_tables(request, "")
-    return files | _render_texts(trial, sheets, shared_options, [])
+    files |= _render_templates(trial, sheets[0], "states", "answers")
+    return files | _render_readme(trial, sheets, shared_options, "--answers answers.csv", [])
 
 
 def render_probe_files(
-    trial: AnsweredTrial, probes: Sequence[StateRequest], shared_options: str
+    trial: AnsweredTrial,
+    probes: Sequence[StateRequest],
+    shared_options: str,
+    earlier: Sequence[Path],
+    folder: Path,
 ) -> dict[str, str | bytes]:
-    """Files of the second round by name: each probe's arm and what is asked on it."""
+    """Files of the second round by name: each probe's arm and what is asked on it.
+
+    earlier: files of first answers; folder: where these files will be.
+    """
     files: dict[str, str | bytes] = {}
-    stems = [f"probe-{number}" for number in range(1, len(probes) + 1)]
-    for stem, request in zip(stems, probes, strict=True):
+    stems, answered = [f"probe-{number}" for number in range(1, len(probes) + 1)], [*earlier]
+    for number, (stem, request) in enumerate(zip(stems, probes, strict=True), 1):
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
         files |= _render_tables(request, f"{stem}-")
-    return files | _render_texts(trial, probes, shared_options, stems)
+        files |= _render_templates(trial, request, f"{stem}-states", f"answers_{number}")
+        answered.append(folder / f"answers_{number}{earlier[-1].suffix}")
+    words = shlex.join([word for path in answered for word in ("--answers", str(path))])
+    return files | _render_readme(trial, probes, shared_options, words, stems)
 
 
 def _render_tables(request: StateRequest, begins: str) -> dict[str, str | bytes]:
@@ -88,16 +101,35 @@ def encode_mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
     return MAT_TEXT.ljust(TEXT_LENGTH) + file.getvalue()[TEXT_LENGTH:]
 
 
-def _render_texts(
+def _render_readme(
     trial: AnsweredTrial,
     sheets: Sequence[StateRequest],
-    shared_options: str,
+    options: str,
+    files: str,
     probes: Sequence[str],
 ) -> dict[str, str | bytes]:
-    texts = load_templates("crosscheck.trial.tables", lean=True)
-    request, n = sheets[0], len(sheets[0].names)
-    parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
-    facts = {
+    """The README; files: the options that name all answers."""
+    parts = [SHORT[part] for part in trial.parts if any(s.needed[part].any() for s in sheets)]
+    facts = {"parts": parts, "options": options, "files": files, "probes": probes}
+    return {"README.md": _render_text(trial, sheets[0], "README.md", facts)}
+
+
+def _render_templates(
+    trial: AnsweredTrial, request: StateRequest, stem: str, own: str
+) -> dict[str, str | bytes]:
+    """A template for each tool that reads the states ``stem`` and writes the answers ``own``."""
+    facts = {"stem": stem, "own": own}
+    return {
+        own + suffix: _render_text(trial, request, f"answers{suffix}", facts)
+        for suffix in TEMPLATES
+    }
+
+
+def _render_text(
+    trial: AnsweredTrial, request: StateRequest, name: str, facts: Mapping[str, Any]
+) -> str:
+    n = len(request.names)
+    shared = {
         "arm": request.arm.name,
         "is_robot": request.arm.section == "robot",
         "joints": len(request.columns["torque"]),
@@ -105,14 +137,10 @@ def _render_texts(
         "names": request.names,
         "count": int((~request.inverse_dynamics_rows).sum()),
         "answers": {SHORT[part]: answer_columns(part, n) for part in trial.parts},
-        "parts": [SHORT[part] for part in parts],
         "least_digits": trial.least_digits,
-        "options": shared_options,
-        "probes": probes,
-        "stem": f"{probes[0]}-states" if probes else "states",
     }
-    made = {name: texts.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
-    return {name: text.rstrip("\n") + "\n" for name, text in made.items()}
+    texts = load_templates("crosscheck.trial.tables", lean=True)
+    return texts.get_template(f"{name}.j2").render(shared | facts).rstrip("\n") + "\n"
 
 
 def format_arm_toml(arm: Arm) -> str:
