@@ -207,9 +207,8 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
     for difference in differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
         size = _number(difference.derived - difference.printed, at_zero)
-        unit = ("N", "N m")[int(LAYOUT.angular[row])]
-        if difference.matrix == "mass_matrix":
-            unit = _describe_entry(row, column)
+        is_mass, force_unit = difference.matrix == "mass_matrix", ("N", "N m")
+        unit = _describe_entry(row, column) if is_mass else force_unit[int(LAYOUT.angular[row])]
         corrected_form = differences.replace_entries(printed, derived, difference)
         yield Erratum(
             id=_slug(difference.location),
@@ -228,8 +227,8 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
 def _describe_entry(row: int, column: int) -> str:
     """Unit and names of an entry of M, in the paper and in a cross-check."""
     unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
-    names = f"M[{LAYOUT.names[row]}, {LAYOUT.names[column]}]"
-    return f"{unit} in M_{row + 1}{column + 1} = {names}"
+    name = f"M_{row + 1}{column + 1}"
+    return f"{unit} in {name} = M[{LAYOUT.names[row]}, {LAYOUT.names[column]}]"
 
 
 def _slug(where: str) -> str:
@@ -260,13 +259,12 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
         missing = difference.missing_energy
         stated = _add_thin_ring(values, missing)
         added = sp.hessian(missing.xreplace(stated), form.v)
-        at_zero = dict.fromkeys(form.q, sp.S.Zero)
         sizes = {
-            _describe_entry(*place): _number(added[place], at_zero)
+            _describe_entry(*place): _number(added[place], dict.fromkeys(form.q, sp.S.Zero))
             for place in combinations_with_replacement(range(len(form.q)), 2)
             if added[place] != 0
         }
-        unit, size = next(iter(sizes.items()))
+        (unit, size), *others = sizes.items()
         # The bias is linear in the mass matrix, and few entries of what is added are not 0.
         corrected_form = replace(
             form,
@@ -282,7 +280,7 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
             remark="" if stated == values else RING_REMARK,
             size=size,
             unit=unit,
-            others={other: sizes[other] for other in sizes if other != unit},
+            others=dict(others),
             trial=(PaperModelFactory(arm, form), PaperModelFactory(arm, corrected_form)),
             denies=("2.4-01",),
         )

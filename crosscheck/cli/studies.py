@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -89,13 +89,12 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
         print(f"taken at recorded steps, one in {stride} (scenario.record_every)")
 
 
-def _select_joints(result: xr.Dataset, name: str) -> Iterator[tuple[str, xr.Dataset]]:
+def _select_joints(result: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
     """What stands before a quantity's numbers and the result; one for each of several joints."""
     joints = result[name].sizes.get("joint", 1)
-    for joint in range(joints) if joints > 1 else ():
-        yield f"{name}, joint {joint + 1}", result.isel(joint=joint)
     if joints == 1:
-        yield name, result
+        return [(name, result)]
+    return [(f"{name}, joint {joint + 1}", result.isel(joint=joint)) for joint in range(joints)]
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:

@@ -62,7 +62,7 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
 
 def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
     """A line that asks for the units, where links would need a factor that no wrong link has."""
-    factors = [each.value for side in comparison.sides for each in side.wrong_factors]
+    factors = [abs(each.value) for side in comparison.sides for each in side.wrong_factors]
     if any(not 1 / LARGE_FACTOR < value < LARGE_FACTOR for value in factors):
         yield (
             "The units may be wrong: the torques are far from those of the file's links. Check the"

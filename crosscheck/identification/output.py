@@ -27,9 +27,8 @@ SCHEMA_VERSION = 4
 
 def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     """The sentences that answer, then the engines and every side's steps and estimates."""
-    mechanism = comparison.mechanism
     first, *further = messages.describe_answers(comparison)
-    yield f"{mechanism.noun.capitalize()} {mechanism.name}: {first}"
+    yield f"{comparison.mechanism.noun.capitalize()} {comparison.mechanism.name}: {first}"
     yield from further
     yield ""
     records = comparison.records
@@ -39,7 +38,7 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     yield f"{format_count(len(records), 'recording')}, {rows:,} rows, {seconds:.4g} s"
     yield from describe_engines(comparison.engines)
     is_brief = comparison.has_explanation
-    unit = "N m or N" if mechanism.robot.slides else "N m"
+    unit = "N m or N" if comparison.mechanism.robot.slides else "N m"
     for side in comparison.judged_sides if is_brief else comparison.sides:
         yield ""
         yield from _describe_side(side, is_brief, unit)

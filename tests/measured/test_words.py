@@ -128,7 +128,7 @@ def test_links_of_the_file_say_how_far_off_they_are(excited: bool, snapshot: Sna
     assert "\n".join(lines) == snapshot
 
 
-@pytest.mark.parametrize(("factor", "is_suspect"), [(0.09, True), (0.2, False), (11.0, True)])
+@pytest.mark.parametrize(("factor", "is_suspect"), [(0.09, True), (-1.0, False), (11.0, True)])
 def test_units_are_suspected_where_links_would_be_another_order_of_size(factor, is_suspect):
     sides = (side(wrong_factors=()), side(wrong_factors=(replace(FACTOR, value=factor),)))
     assert bool([*messages._suspect_units(made(sides=sides))]) == is_suspect

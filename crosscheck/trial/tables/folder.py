@@ -26,7 +26,7 @@ from crosscheck.trial.tables.state_requests import (
 
 MAT_TEXT = b"MATLAB 5.0 MAT-file, states of a trial, geararm-crosscheck"
 TEXT_LENGTH = 116  # length of the text at the head of a MAT file
-TEMPLATES = (".m", ".c", ".jl", ".mos")  # suffixes
+TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 
 
 def render_request_files(
@@ -36,8 +36,8 @@ def render_request_files(
     files: dict[str, str | bytes] = {}
     for request in sheets:
         files |= _render_tables(request, "")
-    files |= _render_templates(trial, sheets[0], "states", "answers")
-    return files | _render_readme(trial, sheets, shared_options, "--answers answers.csv", [])
+    facts = {"stem": "states", "own": "answers", "probes": (), "files": "--answers answers.csv"}
+    return files | _render_texts(trial, sheets, facts | {"options": shared_options})
 
 
 def render_probe_files(
@@ -52,14 +52,16 @@ def render_probe_files(
     earlier: files of first answers; folder: where these files will be.
     """
     files: dict[str, str | bytes] = {}
-    stems, answered = [f"probe-{number}" for number in range(1, len(probes) + 1)], [*earlier]
-    for number, (stem, request) in enumerate(zip(stems, probes, strict=True), 1):
+    stems = {f"probe-{number}": f"answers_{number}" for number in range(1, len(probes) + 1)}
+    answered = [*earlier, *(folder / f"{own}{earlier[-1].suffix}" for own in stems.values())]
+    words = shlex.join([word for path in answered for word in ("--answers", str(path))])
+    shared = {"options": shared_options, "files": words, "probes": list(stems)}
+    for (stem, own), request in zip(stems.items(), probes, strict=True):
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
         files |= _render_tables(request, f"{stem}-")
-        files |= _render_templates(trial, request, f"{stem}-states", f"answers_{number}")
-        answered.append(folder / f"answers_{number}{earlier[-1].suffix}")
-    words = shlex.join([word for path in answered for word in ("--answers", str(path))])
-    return files | _render_readme(trial, probes, shared_options, words, stems)
+        facts = shared | {"stem": f"{stem}-states", "own": own}
+        files |= _render_texts(trial, [request], facts)
+    return files
 
 
 def _render_tables(request: StateRequest, begins: str) -> dict[str, str | bytes]:
@@ -101,46 +103,29 @@ def encode_mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
     return MAT_TEXT.ljust(TEXT_LENGTH) + file.getvalue()[TEXT_LENGTH:]
 
 
-def _render_readme(
-    trial: AnsweredTrial,
-    sheets: Sequence[StateRequest],
-    options: str,
-    files: str,
-    probes: Sequence[str],
+def _render_texts(
+    trial: AnsweredTrial, sheets: Sequence[StateRequest], facts: dict[str, Any]
 ) -> dict[str, str | bytes]:
-    """The README; files: the options that name all answers."""
-    parts = [SHORT[part] for part in trial.parts if any(s.needed[part].any() for s in sheets)]
-    facts = {"parts": parts, "options": options, "files": files, "probes": probes}
-    return {"README.md": _render_text(trial, sheets[0], "README.md", facts)}
-
-
-def _render_templates(
-    trial: AnsweredTrial, request: StateRequest, stem: str, own: str
-) -> dict[str, str | bytes]:
-    """A template for each tool that reads the states ``stem`` and writes the answers ``own``."""
-    facts = {"stem": stem, "own": own}
-    return {
-        own + suffix: _render_text(trial, request, f"answers{suffix}", facts)
-        for suffix in TEMPLATES
-    }
-
-
-def _render_text(
-    trial: AnsweredTrial, request: StateRequest, name: str, facts: Mapping[str, Any]
-) -> str:
-    n = len(request.names)
-    shared = {
-        "arm": request.arm.name,
+    """README and a template for each tool, which reads the states ``stem`` and writes ``own``."""
+    texts = load_templates("crosscheck.trial.tables", lean=True)
+    request, n = sheets[0], len(sheets[0].names)
+    parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
+    facts |= {
+        "arm": trial.mechanism.name,
         "is_robot": request.arm.section == "robot",
         "joints": len(request.columns["torque"]),
         "n": n,
         "names": request.names,
         "count": int((~request.inverse_dynamics_rows).sum()),
         "answers": {SHORT[part]: answer_columns(part, n) for part in trial.parts},
+        "parts": [SHORT[part] for part in parts],
         "least_digits": trial.least_digits,
     }
-    texts = load_templates("crosscheck.trial.tables", lean=True)
-    return texts.get_template(f"{name}.j2").render(shared | facts).rstrip("\n") + "\n"
+    made = {name: texts.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
+    return {
+        name.replace("answers", facts["own"]): text.rstrip("\n") + "\n"
+        for name, text in made.items()
+    }
 
 
 def format_arm_toml(arm: Arm) -> str:
