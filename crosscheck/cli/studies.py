@@ -71,8 +71,8 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
         for column in list_columns(study):
             if "time" in column.dims or column.name == DIVERGED:
                 continue
-            for label, own in _select_joints(result, column.name):
-                defined_values, size = _defined_values(own, column.name), own[column.name].size
+            for label, part in _select_joints(result, column.name):
+                defined_values, size = _defined_values(part, column.name), part[column.name].size
                 row = [label, column.unit, f"{size - defined_values.size:,} of {size:,}"]
                 if defined_values.size:
                     median = np.median(defined_values)
@@ -80,7 +80,7 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
                     row += [f"{number:.6g}" for number in numbers]
                 else:
                     row += [""] * 3
-                row += [_format_engine_difference(own, column.name)] * checked
+                row += [_format_engine_difference(part, column.name)] * checked
                 table.add_row(*map(make_printable, row))
         console = Console()
         console.width = max(console.width, LEAST_WIDTH)

@@ -36,7 +36,7 @@ def render_request_files(
     files: dict[str, str | bytes] = {}
     for request in sheets:
         files |= _render_tables(request, "")
-    facts = {"stem": "states", "own": "answers", "probes": (), "files": "--answers answers.csv"}
+    facts = {"stem": "states", "output": "answers", "probes": (), "files": "--answers answers.csv"}
     return files | _render_texts(trial, sheets, facts | {"options": shared_options})
 
 
@@ -53,13 +53,13 @@ def render_probe_files(
     """
     files: dict[str, str | bytes] = {}
     stems = {f"probe-{number}": f"answers_{number}" for number in range(1, len(probes) + 1)}
-    answered = [*earlier, *(folder / f"{own}{earlier[-1].suffix}" for own in stems.values())]
+    answered = [*earlier, *(folder / f"{output}{earlier[-1].suffix}" for output in stems.values())]
     words = shlex.join([word for path in answered for word in ("--answers", str(path))])
     shared = {"options": shared_options, "files": words, "probes": list(stems)}
-    for (stem, own), request in zip(stems.items(), probes, strict=True):
+    for (stem, output), request in zip(stems.items(), probes, strict=True):
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
         files |= _render_tables(request, f"{stem}-")
-        facts = shared | {"stem": f"{stem}-states", "own": own}
+        facts = shared | {"stem": f"{stem}-states", "output": output}
         files |= _render_texts(trial, [request], facts)
     return files
 
@@ -106,7 +106,7 @@ def encode_mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
 def _render_texts(
     trial: AnsweredTrial, sheets: Sequence[StateRequest], facts: dict[str, Any]
 ) -> dict[str, str | bytes]:
-    """README and a template for each tool, which reads the states ``stem`` and writes ``own``."""
+    """README and templates for each tool, which read the states ``stem`` and write ``output``."""
     texts = load_templates("crosscheck.trial.tables", lean=True)
     request, n = sheets[0], len(sheets[0].names)
     parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
@@ -123,7 +123,7 @@ def _render_texts(
     }
     made = {name: texts.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
     return {
-        name.replace("answers", facts["own"]): text.rstrip("\n") + "\n"
+        name.replace("answers", facts["output"]): text.rstrip("\n") + "\n"
         for name, text in made.items()
     }
 
