@@ -82,7 +82,8 @@ def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
 
 def build_record(arm: str, erratum: Erratum) -> JsonObject:
     """An erratum with its size and effects for an arm, as JSON, in numbers and in words."""
-    size = "" if erratum.size is None else f"{format_rounded(erratum.size, 3)} {erratum.unit}"
+    sizes = {} if erratum.size is None else {erratum.unit: erratum.size, **erratum.others}
+    texts = [f"{format_rounded(size, 3)} {unit}" for unit, size in sizes.items()]
     return {
         "id": f"erratum/{arm}/{erratum.id}",
         "class": erratum.kind,
@@ -95,7 +96,8 @@ def build_record(arm: str, erratum: Erratum) -> JsonObject:
         "denies": ", ".join(erratum.denies),
         "size": erratum.size,
         "unit": erratum.unit,
-        "size_in_words": size,
+        "other_sizes": dict(erratum.others),
+        "size_in_words": "; ".join(texts),
         "effects": {name: asdict(effect) for name, effect in erratum.effects.items()},
         "constant_torque": _describe_effect(erratum, "constant-torque"),
         "pd": _describe_effect(erratum, "pd"),

@@ -42,10 +42,11 @@ class Erratum:
     """An erratum: where, and how far what is printed is from what should stand there.
 
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
-    [unit]: for this arm, derived minus printed where both are numbers; trial: two models that
-    differ in the erratum alone, as printed and put right, None once they have run; effects: what it
-    changes in a run, by scenario; printed_tex, derived_tex: the formulas as TeX, if any; denies:
-    ids of the claims that are wrong if the erratum is right.
+    [unit]: for this arm, derived minus printed where both are numbers; others: sizes of further
+    entries of M, by unit; trial: two models that differ in the erratum alone, as printed and put
+    right, None once they have run; effects: what it changes in a run, by scenario; printed_tex,
+    derived_tex: the formulas as TeX, if any; denies: ids of the claims that are wrong if the
+    erratum is right.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Erratum:
     remark: str = ""
     size: float | None = None
     unit: str = ""
+    others: Mapping[str, float] = field(default_factory=dict)
     trial: tuple[ModelFactory, ModelFactory] | None = None
     effects: Mapping[str, Effect] = field(default_factory=dict)
     printed_tex: str = ""

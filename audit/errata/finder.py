@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import combinations_with_replacement
 
 import numpy as np
 import sympy as sp
@@ -159,8 +160,8 @@ def find_clearance_errata(stage: PaperStage) -> Iterator[Erratum]:
 SCHEMA_VERSION = 4
 Values = dict[sp.Symbol, sp.Rational]  # of a form's parameters
 RING_REMARK = (
-    "Table I has the ring as M_ri, by its label an inertia over a squared radius. Size and effects"
-    " are those of M_ri r^2 at the ring's base radius, a thin ring with that mass"
+    "Table I labels the ring M_ri, an inertia over a squared radius. Size and effects are those of"
+    " a thin ring of this mass at its base radius; run takes 0 from the file"
 )
 # The claims that the entries follow from the energies and from virtual work.
 CLAIMS_ON_ENTRIES = {"mass_matrix": "2.4-02", "bias": "2.4-03", "force": "2.4-04"}
@@ -206,10 +207,8 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
     for difference in differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
         size = _number(difference.derived - difference.printed, at_zero)
-        if difference.matrix == "mass_matrix":
-            unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
-        else:
-            unit = ("N", "N m")[int(LAYOUT.angular[row])]
+        is_mass, force_unit = difference.matrix == "mass_matrix", ("N", "N m")
+        unit = _describe_entry(row, column) if is_mass else force_unit[int(LAYOUT.angular[row])]
         corrected_form = differences.replace_entries(printed, derived, difference)
         yield Erratum(
             id=_slug(difference.location),
@@ -223,6 +222,13 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
             trial=(PaperModelFactory(arm, printed), PaperModelFactory(arm, corrected_form)),
             denies=(CLAIMS_ON_ENTRIES[difference.matrix],),
         )
+
+
+def _describe_entry(row: int, column: int) -> str:
+    """Unit and names of an entry of M, in the paper and in a cross-check."""
+    unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
+    name = f"M_{row + 1}{column + 1}"
+    return f"{unit} in {name} = M[{LAYOUT.names[row]}, {LAYOUT.names[column]}]"
 
 
 def _slug(where: str) -> str:
@@ -246,15 +252,19 @@ def _number(expression: sp.Expr, values: Values) -> float:
 def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
     """Errata of bodies whose kinetic energy Eqs. 16-19 do not state.
 
-    Size: what is missing of M_33 [kg m^2].
+    Size: what is missing of the first entry of M that it changes, at theta = 0; then of the others.
     """
     values, form = _exact_values(arm), build_energies_form()
-    shoulder, _ = LAYOUT.theta
     for difference in differences.find_energy_differences():
         missing = difference.missing_energy
         stated = _add_thin_ring(values, missing)
-        size = _number(sp.diff(missing, form.v[shoulder], 2), stated)
         added = sp.hessian(missing.xreplace(stated), form.v)
+        sizes = {
+            _describe_entry(*place): _number(added[place], dict.fromkeys(form.q, sp.S.Zero))
+            for place in combinations_with_replacement(range(len(form.q)), 2)
+            if added[place] != 0
+        }
+        (unit, size), *others = sizes.items()
         # The bias is linear in the mass matrix, and few entries of what is added are not 0.
         corrected_form = replace(
             form,
@@ -269,7 +279,8 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
             **write_sides(printed, derived),
             remark="" if stated == values else RING_REMARK,
             size=size,
-            unit="kg m^2 in M_33",
+            unit=unit,
+            others=dict(others),
             trial=(PaperModelFactory(arm, form), PaperModelFactory(arm, corrected_form)),
             denies=("2.4-01",),
         )

@@ -71,22 +71,30 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
         for column in list_columns(study):
             if "time" in column.dims or column.name == DIVERGED:
                 continue
-            defined_values, size = _defined_values(result, column.name), result[column.name].size
-            row = [column.name, column.unit, f"{size - defined_values.size:,} of {size:,}"]
-            if defined_values.size:
-                row += [
-                    f"{n:.6g}"
-                    for n in (defined_values.min(), np.median(defined_values), defined_values.max())
-                ]
-            else:
-                row += [""] * 3
-            table.add_row(
-                *map(make_printable, row),
-                *([_format_engine_difference(result, column.name)] * checked),
-            )
+            for label, part in _select_joints(result, column.name):
+                defined_values, size = _defined_values(part, column.name), part[column.name].size
+                row = [label, column.unit, f"{size - defined_values.size:,} of {size:,}"]
+                if defined_values.size:
+                    median = np.median(defined_values)
+                    numbers = defined_values.min(), median, defined_values.max()
+                    row += [f"{number:.6g}" for number in numbers]
+                else:
+                    row += [""] * 3
+                row += [_format_engine_difference(part, column.name)] * checked
+                table.add_row(*map(make_printable, row))
         console = Console()
         console.width = max(console.width, LEAST_WIDTH)
         console.print(table)
+    if (stride := study.base.scenario.stride) > 1:
+        print(f"taken at recorded steps, one in {stride} (scenario.record_every)")
+
+
+def _select_joints(result: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
+    """What stands before a quantity's numbers and the result; one for each of several joints."""
+    joints = result[name].sizes.get("joint", 1)
+    if joints == 1:
+        return [(name, result)]
+    return [(f"{name}, joint {joint + 1}", result.isel(joint=joint)) for joint in range(joints)]
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:

@@ -251,7 +251,8 @@ def ask(options: TrialOptions) -> None:
         states = first.here[0]
         after = next_row((states, *collect_inverse_requests(table, states)))
         state_sets = table.collect_probe_requests(first.parts, after)
-        files = render_probe_files(table, state_sets, options.format_shared_options())
+        where = options.after, options.out
+        files = render_probe_files(table, state_sets, options.format_shared_options(), *where)
     else:
         states = collect_state_request(table)
         state_sets = [states, *collect_inverse_requests(table, states)]

@@ -20,22 +20,23 @@ from crosscheck.identification.restrictions import (
 )
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 from crosscheck.models.robot.robot import Level
-from crosscheck.report.formatting import format_count
+from crosscheck.report.formatting import format_count, format_rounded
 
 SIDE_PHRASES: dict[Side, str] = {
     "motor": "torques of the motors",
-    "joint": "torques behind the gears",
-    "between": "torques of the motors less those behind the gears",
+    "joint": "torques at the joints",
+    "between": "torques of the motors less those at the joints",
 }
 FITS: dict[Side, str] = {
     "motor": "The recording fits",
-    "joint": "Judged by the torques behind the gears, the recording fits",
+    "joint": "Judged by the torques at the joints, the recording fits",
 }
 NONE_FITS: dict[Side, str] = {
     "motor": "No level fits the recording with the file's numbers",
-    "joint": "Judged by the torques behind the gears, no level fits with the file's numbers",
+    "joint": "Judged by the torques at the joints, no level fits with the file's numbers",
 }
 LARGE_REST_PERCENT = 20.0  # unexplained share of torques at which links and friction explain little
+LARGE_FACTOR = 10.0  # on the torques of the file's links, from which on units are suspected
 LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
@@ -56,7 +57,17 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
         for side, _ in judged:
             sentences += _describe_delay(side)
         return [*sentences, *_describe_runs(comparison)]
-    return [*sentences, *_describe_terms(comparison)]
+    return [*_suspect_units(comparison), *sentences, *_describe_terms(comparison)]
+
+
+def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
+    """A line that asks for the units, where links would need a factor that no wrong link has."""
+    factors = [abs(each.value) for side in comparison.sides for each in side.wrong_factors]
+    if any(not 1 / LARGE_FACTOR < value < LARGE_FACTOR for value in factors):
+        yield (
+            "The units may be wrong: the torques are far from those of the file's links. Check the"
+            " units of time, angles and torques."
+        )
 
 
 def _describe_judgement(
@@ -216,7 +227,7 @@ def _describe_side(side: SideResult) -> Iterator[str]:
             rest = f"all but {share:.2g} % at {name} (rms)"
             yield f"Links and friction alone explain the {where}: {rest}."
         else:
-            rest = f"leave {share:.2g} % of the {where} unexplained at {name} (rms)"
+            rest = f"leave {format_rounded(share)} % of the {where} unexplained at {name} (rms)"
             yield f"No rotor is missing, but links and friction {rest}."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
@@ -350,7 +361,8 @@ def format_estimate(each: TermEstimate) -> str:
 def _format_interval(each: TermEstimate, unit: str = "") -> str:
     """A value to the second digit of its interval; without one where it depends on the band."""
     value, half_width, after = each.value, each.half_width, f" {unit}" if unit else ""
-    is_usual = 1e-9 < half_width < 1e6
+    is_small = 100 * half_width > abs(value) and half_width < 1e-5
+    is_usual = 1e-9 < half_width < 1e6 and not is_small
     digits = f".{max(1 - floor(log10(half_width)), 0)}f" if is_usual else ".3g"
     if each.doubled is not None:
         beside = f"{each.doubled:{digits}}{after} in twice the band"
@@ -358,9 +370,9 @@ def _format_interval(each: TermEstimate, unit: str = "") -> str:
     return f"{value:{digits}} +- {half_width:{digits if is_usual else '.2g'}}{after}"
 
 
-def format_row(values: Sequence[float] | np.ndarray) -> str:
+def format_row(names: Sequence[str], values: Sequence[float] | np.ndarray) -> str:
     """The numbers of several joints."""
-    return ", ".join(f"{value:.3g}" for value in values)
+    return ", ".join(f"{value:.3g} at {name}" for name, value in zip(names, values, strict=True))
 
 
 def format_value(value: float, half_width: float, in_file: float) -> str:

@@ -27,7 +27,9 @@ SCHEMA_VERSION = 4
 
 def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     """The sentences that answer, then the engines and every side's steps and estimates."""
-    yield from messages.describe_answers(comparison)
+    first, *further = messages.describe_answers(comparison)
+    yield f"{comparison.mechanism.noun.capitalize()} {comparison.mechanism.name}: {first}"
+    yield from further
     yield ""
     records = comparison.records
     yield from dict.fromkeys(note for each in records for note in each.notes)
@@ -59,7 +61,8 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
         for each in (*side.judgement.levels, *side.judgement.changes):
             number = "" if each.estimate is None else messages.format_estimate(each.estimate)
             head = f"  {each.level}, {number or 'the file'}"
-            yield f"{head}: residual {messages.format_row(each.ratios)} times that of any links"
+            ratios = messages.format_row(side.measured, each.ratios)
+            yield f"{head}: residual over that of any links {ratios}"
         if is_brief:
             yield from (
                 f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction
@@ -68,7 +71,8 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
     for step in side.steps:
         yield (
             f"  {step.name}: {step.parameters} parameters, residual {step.weighted:.3f},"
-            f" {step.predicted:.3f} predicted; {messages.format_row(step.rms)} {unit} rms"
+            f" {step.predicted:.3f} predicted; rms {messages.format_row(side.measured, step.rms)}"
+            f" [{unit}]"
         )
     for estimate in side.estimates:
         part = f", {estimate.systematic / estimate.error:.0%} of its error from other bands"

@@ -320,8 +320,9 @@ def _rotor(
     if not length > 1e-3:
         field = f"joints.{name}.rotor_axis"
         raise InputError(where, field, axis.tolist(), "must have a length over 1e-3")
-    if given.mesh and not given.ratio:
-        raise InputError(where, f"joints.{name}.ratio", 0.0, "must not be 0 where there is a mesh")
+    if not given.ratio:
+        allowed = "must not be 0; without gears the joint is direct"
+        raise InputError(where, f"joints.{name}.ratio", given.ratio, allowed)
     inertia = given.rotor_inertia_kg_m2
     return robot.Rotor(number, given.ratio, inertia, stator, axis / length, given.mesh)
 

@@ -17,10 +17,12 @@ from crosscheck.analytic.derivation.bodies import build_bodies
 from crosscheck.analytic.derivation.forms import Form, mass_matrix
 from crosscheck.analytic.derivation.lagrange import build_mass_terms
 from crosscheck.analytic.derivation.symbols import build_symbolic_chain
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.analytic.paper.energies import build_energies_form, kinetic_energies
 from crosscheck.analytic.paper.kinematics import gear_angles
 from crosscheck.analytic.paper.mesh_frequency import meshing_frequency
+from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata import differences, printed_equations
 from crosscheck.audit.errata import finder as errata
@@ -35,7 +37,7 @@ from crosscheck.audit.errata.erratum import Effect, Erratum, compute_effect, run
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.statics.statics import tip_shift
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import load_arm
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import remove_backlash
 from tests.arms import arm_of
 from tests.loops import require_items
@@ -151,14 +153,27 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns(
     assert mask_numbers("\n".join(lines)) == snapshot
 
 
-def test_what_the_energies_leave_out_of_m_33_is_the_inertia_of_the_elbows_gears(found, labelled):
-    """The ring's mass at its base radius; three planets, which the shoulder turns."""
-    sizes = {one.id: one.size for one in found if one.unit == "kg m^2 in M_33"}
+def test_the_sizes_of_each_entry_of_m_add_up_to_what_a_cross_check_finds(found, labelled):
+    """Of both models at theta = 0, but for the ring, whose inertia the arm's file has as 0.
+
+    That is of its mass at its base radius.
+    """
+    summed = np.zeros((6, 6))
+    for one in found:
+        for unit, size in {one.unit: one.size, **one.others}.items():
+            if place := re.fullmatch(r"[kgm^2 ]+ in M_(\d)(\d) = M\[(\w+), (\w+)\]", unit):
+                row, column = int(place[1]) - 1, int(place[2]) - 1
+                assert place.groups()[2:] == (errata.LAYOUT.names[row], errata.LAYOUT.names[column])
+                summed[row, column] += size * (one.id != "eq18-ring-2")
+    scenario = load_scenario("pd")
+    models = PhysicalModel(labelled, scenario), PrintedModel(labelled, scenario)
+    right, printed = (np.triu(model.mass_matrix(np.zeros(6))) for model in models)
+    assert np.count_nonzero(summed) == 4
+    assert summed == pytest.approx(right - printed, rel=1e-9, abs=1e-12)
+    (ring,) = (one.size for one in found if one.id == "eq18-ring-2")
     joint = labelled.joints[1]
-    half = joint.module_m / 2 * np.cos(np.radians(joint.pressure_angle_deg))
-    planets = 3 * joint.planet_equivalent_mass_kg * (half * joint.planet_teeth) ** 2
-    ring = joint.ring_mass_kg * (half * joint.ring_teeth) ** 2
-    assert sizes == pytest.approx({"eq18-ring-2": ring, "eq18-planets-2": planets}, rel=1e-12)
+    radius = joint.module_m / 2 * np.cos(np.radians(joint.pressure_angle_deg)) * joint.ring_teeth
+    assert ring == pytest.approx(joint.ring_mass_kg * radius**2, rel=1e-12)
 
 
 def test_the_clearance_is_an_error_where_there_is_one(labelled):

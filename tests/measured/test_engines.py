@@ -74,7 +74,9 @@ def test_engines_that_disagree_judge_nothing(record, labelled, monkeypatch, wron
     harm(monkeypatch, owner, change)
     comparison = ask(record, labelled)
     assert (comparison.engines_agree, comparison.sides) == (False, ())
-    lines = list(describe_comparison(comparison))
+    name, _, told = "\n".join(describe_comparison(comparison)).partition(": ")
+    assert name == "Arm paper-labelled"
+    lines = told.split("\n")
     assert lines[0].startswith("The engines d")
     assert lines[0].endswith("Nothing is said about the recording.")
     assert any(text in line for line in lines[: lines.index("")])
@@ -95,5 +97,6 @@ def test_the_command_fails_in_its_first_line(crosscheck, monkeypatch):
     harm(monkeypatch, PinocchioLinks, scaled(0.1))
     answer = crosscheck("compare", ROOT / "examples/recordings/payload.csv", "paper-labelled")
     assert answer.code == 1
-    assert answer.out.startswith("The engines do not agree on the arm's torques: pinocchio:")
+    disagree = "The engines do not agree on the arm's torques: pinocchio:"
+    assert answer.out.startswith(f"Arm paper-labelled: {disagree}")
     assert "fits" not in answer.out

@@ -64,7 +64,7 @@ def suggest(seed: int, period: float, condition: float) -> Any:
 OFFSET = TorqueTerm("offset", "offset of j2", "N m")
 SIDES: dict[str, Any] = {
     "nothing": side(),
-    "much that nothing explains": side(unexplained=np.array([0.004, 0.82])),
+    "much that nothing explains": side(unexplained=np.array([0.004, 1.08])),
     "a rotor and others": side(seen=(J3,), rotors=(J1, J2, J3)),
     "a rotor behind gears": side(side="joint", seen=(J3, J2), rotors=(J3, J2)),
     "what no rotor has": side(impossible=(J3,), seen=(J2,), rotors=(J2, J3)),
@@ -126,6 +126,12 @@ def test_links_of_the_file_say_how_far_off_they_are(excited: bool, snapshot: Sna
     scaled.find_worse_joints = lambda identified: {"j2": 1.2345, "j3": 2.0}
     lines = messages._describe_scaled(scaled, side(is_excited=excited))
     assert "\n".join(lines) == snapshot
+
+
+@pytest.mark.parametrize(("factor", "is_suspect"), [(0.09, True), (-1.0, False), (11.0, True)])
+def test_units_are_suspected_where_links_would_be_another_order_of_size(factor, is_suspect):
+    sides = (side(wrong_factors=()), side(wrong_factors=(replace(FACTOR, value=factor),)))
+    assert bool([*messages._suspect_units(made(sides=sides))]) == is_suspect
 
 
 def test_an_estimate_that_another_band_moves_has_no_interval(snapshot: SnapshotAssertion):
@@ -206,6 +212,8 @@ INTERVALS = {
     "0.00123 +- 0.00012": (0.0012345, 0.000123),
     "1.23 +- inf": (1.2345, np.inf),
     "1.23 +- 0": (1.2345, 0.0),
+    "6e-07 +- 1.2e-06": (6e-7, 1.2e-6),
+    "0.4512345 +- 0.0000012": (0.4512345, 1.2e-6),
 }
 
 
@@ -213,7 +221,7 @@ INTERVALS = {
 def test_a_value_has_the_digits_of_its_interval(text):
     value, half_width = INTERVALS[text]
     assert messages._format_interval(TermEstimate(FACTOR.term, value, 1.0, half_width)) == text
-    assert messages.format_row([1.23456, -2000.0]) == "1.23, -2e+03"
+    assert messages.format_row("ab", [1.23456, -2000.0]) == "1.23 at a, -2e+03 at b"
 
 
 def test_numbers_are_as_short_as_their_intervals_allow():

@@ -143,10 +143,10 @@ PHRASES = {
     "to {} by rows {} apart": "bandwidth_hz, rows_apart_s",
     "condition number {}": "condition_number",
     "by {} blocks": "blocks",
-    "residual {}, {} times that of": "times, times",
+    "any links {} at [^,]+, {} at": "times, times",
     "{} \\+- {}": "estimate, ± (95 %)",
     "{} \\(depends on the band: {}": "estimate, estimate_in_twice_the_band",
-    ": {} parameters, residual {}, {} predicted; {}, {}": (
+    ": {} parameters, residual {}, {} predicted; rms {} at [^,]+, {} at": (
         "parameters, weighted_rms, weighted_rms_predicted, rms_N_m, rms_N_m"
     ),
     "[Uu]p to {}:": "other band",

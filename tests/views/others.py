@@ -55,14 +55,17 @@ def print_result(result: xr.Dataset) -> str:
 def list_result(result: xr.Dataset) -> Iterator[Fact]:
     """Facts of a study's result."""
     yield from (Fact(count, name) for name, count in (("gone", UNDEFINED), ("members", MEMBERS)))
-    values, own = result.theta_peak.values, ("theta_peak",)
-    for name, size in {"least": np.nanmin, "median": np.nanmedian, "largest": np.nanmax}.items():
-        yield Fact(float(size(values)), name, own)
-    yield Fact(int(np.isnan(values).sum()), "undefined", own)
-    yield Fact(values.size, "values", own)
-    yield Fact(float(result.theta_peak_difference.max()), "off", own)
-    spread = float(result.theta_peak_difference_over_spread.max())
-    yield Fact(spread, "spread", own, digits=1)
+    yield Fact(10, "stride")  # of the scenario
+    for joint in range(2):
+        of_joint = result.isel(joint=joint)
+        values, own = of_joint.theta_peak.values, (f"theta_peak, joint {joint + 1}",)
+        for name, size in (("least", np.nanmin), ("median", np.nanmedian), ("largest", np.nanmax)):
+            yield Fact(float(size(values)), name, own)
+        yield Fact(int(np.isnan(values).sum()), "undefined", own)
+        yield Fact(values.size, "values", own)
+        yield Fact(float(of_joint.theta_peak_difference.max()), "off", own)
+        spread = float(of_joint.theta_peak_difference_over_spread.max())
+        yield Fact(spread, "spread", own, digits=1)
 
 
 def make_change(seed: int) -> Agreement:
@@ -139,6 +142,7 @@ SWEEP = {
     "{} of {} members": "gone, members",
     "^{} of {}$": "undefined, values",
     "^{} [(]{} of the spread": "off, spread",
+    "steps, one in {}": "stride",
 }
 CHANGED = {
     "changed by {}": "measured",
@@ -151,7 +155,9 @@ WORDING = {
     r"run of 0\.3 s|under 100 N m": "the experiments",
 }
 VIEWS = {
-    "terminal of a study": View(make_result, print_result, list_result, phrases=SWEEP),
+    "terminal of a study": View(
+        make_result, print_result, list_result, phrases=SWEEP, wording={r"joint \d": "names"}
+    ),
     "terminal of changes": View(
         make_change,
         lambda made: print_with(terminal.print_changed, made),

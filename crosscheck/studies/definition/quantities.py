@@ -95,7 +95,7 @@ class SignalQuantity(WindowedQuantity):
 
 
 class Size(SignalQuantity):
-    """A signal's largest magnitude, largest minus smallest, mean, RMS or last value."""
+    """A recorded signal's largest magnitude, largest minus smallest, mean, RMS or last value."""
 
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Kind of size."""
@@ -191,7 +191,7 @@ class RigidDeviation(WindowedQuantity):
 
 
 class Function(MeasuredQuantity):
-    """Numbers that a function of the user's returns of a member's run, a Dataset."""
+    """Numbers that a user's function returns of a member's run, a Dataset."""
 
     kind: Literal["user_function"]
     """Which quantity this is."""

@@ -117,7 +117,7 @@ def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
     """Unit of a quantity, and its meaning in words."""
     if isinstance(quantity, quantities.Size | quantities.BandRms):
         kind = quantity.kind.replace("_", " ")
-        return unit_of(quantity.signal), f"{kind} of the {meaning_of(quantity.signal)}"
+        return unit_of(quantity.signal), f"{kind} of the recorded {meaning_of(quantity.signal)}"
     if isinstance(quantity, quantities.Crossing):
         return SECOND, f"time when {quantity.signal} is first {quantity.side} {quantity.level:g}"
     if isinstance(quantity, quantities.ContactLoss):

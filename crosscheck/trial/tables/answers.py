@@ -115,11 +115,12 @@ def _arm_equations(answers: TrialAnswers, sheets: Sequence[StateRequest]) -> Equ
 def _values(answers: TrialAnswers, sheet: StateRequest, part: str) -> np.ndarray:
     """Answers (rows, entries) of a part. Raises InputError for one that is missing."""
     values = np.full((sheet.count, int(np.prod(sheet.shape(part)))), np.nan)
-    whose = np.full(sheet.count, "", dtype=object)
+    whose, near = np.full(sheet.count, "", dtype=object), ""  # near: a file that has such rows
     for file in answers.files:
         if part not in file.answers:
             continue
         places, here = _match_rows(file, sheet)
+        near = near or (file.where if places.size else "")
         given = file.answers[part][here]
         there = ~np.isnan(given).all(axis=1)
         twice = places[there & (whose[places] != "")]
@@ -132,7 +133,11 @@ def _values(answers: TrialAnswers, sheet: StateRequest, part: str) -> np.ndarray
     missing = sheet.needed[part] & ~np.isfinite(values).all(axis=1)
     if missing.any():
         row = int(np.flatnonzero(missing)[0])
-        where = whose[row] or next(file.where for file in answers.files if part in file.answers)
+        if not near:
+            rows = f"{SHORT[part]} of rows {sheet.first} to {sheet.first + sheet.count - 1}"
+            reason = f"is missing; no file has answers to the states of {sheet.arm.name}"
+            raise InputError("--answers", rows, None, reason)
+        where = whose[row] or near
         entry = values[row]
         problem = "is missing" if np.isnan(entry).any() else "is infinite"
         others = f", and {int(missing.sum()) - 1} more" if missing.sum() > 1 else ""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,19 +36,32 @@ def render_request_files(
     files: dict[str, str | bytes] = {}
     for request in sheets:
         files |= _render_tables(request, "")
-    return files | _render_texts(trial, sheets, shared_options, [])
+    facts = {"stem": "states", "output": "answers", "probes": (), "files": "--answers answers.csv"}
+    return files | _render_texts(trial, sheets, facts | {"options": shared_options})
 
 
 def render_probe_files(
-    trial: AnsweredTrial, probes: Sequence[StateRequest], shared_options: str
+    trial: AnsweredTrial,
+    probes: Sequence[StateRequest],
+    shared_options: str,
+    earlier: Sequence[Path],
+    folder: Path,
 ) -> dict[str, str | bytes]:
-    """Files of the second round by name: each probe's arm and what is asked on it."""
+    """Files of the second round by name: each probe's arm and what is asked on it.
+
+    earlier: files of first answers; folder: where these files will be.
+    """
     files: dict[str, str | bytes] = {}
-    stems = [f"probe-{number}" for number in range(1, len(probes) + 1)]
-    for stem, request in zip(stems, probes, strict=True):
+    stems = {f"probe-{number}": f"answers_{number}" for number in range(1, len(probes) + 1)}
+    answered = [*earlier, *(folder / f"{output}{earlier[-1].suffix}" for output in stems.values())]
+    words = shlex.join([word for path in answered for word in ("--answers", str(path))])
+    shared = {"options": shared_options, "files": words, "probes": list(stems)}
+    for (stem, output), request in zip(stems.items(), probes, strict=True):
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
         files |= _render_tables(request, f"{stem}-")
-    return files | _render_texts(trial, probes, shared_options, stems)
+        facts = shared | {"stem": f"{stem}-states", "output": output}
+        files |= _render_texts(trial, [request], facts)
+    return files
 
 
 def _render_tables(request: StateRequest, begins: str) -> dict[str, str | bytes]:
@@ -89,16 +104,14 @@ def encode_mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
 
 
 def _render_texts(
-    trial: AnsweredTrial,
-    sheets: Sequence[StateRequest],
-    shared_options: str,
-    probes: Sequence[str],
+    trial: AnsweredTrial, sheets: Sequence[StateRequest], facts: dict[str, Any]
 ) -> dict[str, str | bytes]:
+    """README and templates for each tool, which read the states ``stem`` and write ``output``."""
     texts = load_templates("crosscheck.trial.tables", lean=True)
     request, n = sheets[0], len(sheets[0].names)
     parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
-    facts = {
-        "arm": request.arm.name,
+    facts |= {
+        "arm": trial.mechanism.name,
         "is_robot": request.arm.section == "robot",
         "joints": len(request.columns["torque"]),
         "n": n,
@@ -107,12 +120,12 @@ def _render_texts(
         "answers": {SHORT[part]: answer_columns(part, n) for part in trial.parts},
         "parts": [SHORT[part] for part in parts],
         "least_digits": trial.least_digits,
-        "options": shared_options,
-        "probes": probes,
-        "stem": f"{probes[0]}-states" if probes else "states",
     }
     made = {name: texts.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
-    return {name: text.rstrip("\n") + "\n" for name, text in made.items()}
+    return {
+        name.replace("answers", facts["output"]): text.rstrip("\n") + "\n"
+        for name, text in made.items()
+    }
 
 
 def format_arm_toml(arm: Arm) -> str:

@@ -1,9 +1,11 @@
 """Tables that cannot be judged: one line with file, row, column and what is allowed."""
 
 import io
+import re
 import struct
 import zlib
 from collections import defaultdict
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -22,7 +24,12 @@ from crosscheck.trial.tables.answers import (
     build_table_equations,
     read_trial_answers,
 )
-from crosscheck.trial.tables.folder import encode_mat_file, format_arm_toml, render_request_files
+from crosscheck.trial.tables.folder import (
+    encode_mat_file,
+    format_arm_toml,
+    render_probe_files,
+    render_request_files,
+)
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
 from tests.tool.test_bad_input import assert_one_line
 
@@ -211,6 +218,19 @@ def test_ask_writes_over_nothing(crosscheck, tmp_path):
     answer = crosscheck("trial", "--ask", "--quick", "--out", tmp_path)
     assert_one_line(answer, "answers.m: exists already; name another folder")
     assert [path.name for path in tmp_path.iterdir()] == ["answers.m"]
+
+
+def test_each_arm_of_the_second_round_has_templates_of_its_own():
+    """None writes over another's answers, and the README names all files, the first ones too."""
+    table = TableTrial(load_arm("paper-labelled"), quick=True)
+    asked = collect_state_request(table)
+    files = render_probe_files(table, [asked, asked], "my.toml", [Path("a.mat")], Path("again"))
+    for number, suffix in product((1, 2), (".m", ".c", ".jl", ".mos")):
+        text = str(files[f"answers_{number}{suffix}"])
+        assert set(re.findall(r"probe-\d", text)) == {f"probe-{number}"}
+        assert set(re.findall(r"answers\w*(?=\.)", text)) == {f"answers_{number}"}
+    given = "--answers a.mat --answers again/answers_1.mat --answers again/answers_2.mat my.toml\n"
+    assert str(files["README.md"]).endswith(f"crosscheck trial {given}")
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "three-unlike", "direct-between"])

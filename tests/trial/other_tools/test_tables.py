@@ -30,6 +30,7 @@ from crosscheck.trial.trial import run_trial
 from tests.loops import require_items
 from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
+from tests.tool.test_bad_input import assert_one_line
 from tests.trial.other_tools.tables import answers, bound, judge_table, sheets_of, write_csv
 from tests.trial.test_dependence import UNLIKE, arm_of
 from tests.trial.test_gravity import SecondForgotten, TwoLinks, WithForce
@@ -161,6 +162,8 @@ def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_p
         for k in (1, 2)
     ]
     files = [word for file in (first, *more) for word in ("--answers", file)]
+    reason = "is missing; no file has answers to the states of probe 2 of paper-labelled"
+    assert_one_line(crosscheck("trial", *told, *files[:-2]), "--answers: M of rows ", reason)
     answer = crosscheck("trial", *told, *files, "--json", "trial.json")
     assert (answer.code, answer.err.count("Traceback")) == (0, 0)
     assert "also on 2 other arms, to catch errors" in answer.out
@@ -175,7 +178,9 @@ def answered_by_c(crosscheck: Command, arm: str, folder: str, stem: str) -> str:
     exported = crosscheck("export", arm, "--model", "analytic:coupled", "--out", model)
     assert exported.code == 0
     prefix = re.search(r"void (\w+)_mass_matrix", model.read_text())[1]
-    text = (Path(folder) / "answers.c").read_text()
+    (template,) = Path(folder).glob("answers.c" if stem == "states" else f"answers_{stem[6]}.c")
+    text = template.read_text()
+    assert f"< {stem}.csv > {template.stem}.csv" in text
     unused = re.search(r"    \(void\)t, .*\n", text)[0]
     text = text.replace(unused, CALLED.format(prefix=prefix))
     source = Path(f"{stem}-answers.c")
