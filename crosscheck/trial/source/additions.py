@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from itertools import combinations, permutations, product
 
 from crosscheck.trial.source.changes import (
@@ -180,34 +181,49 @@ def _rename(node: ast.AST, other: Mapping[str, str]) -> str:
 
 
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
-    """A vector with a cross product more, of a name and a name or a product of two.
+    """A sum of vectors with a cross product more, of a name and a name or a product of two.
 
-    Also the centripetal w x (w x r); of a matrix times a vector the gyroscopic I dw + w x (I w).
+    Also the centripetal w x (w x r).
     """
-    if site.kind not in (VECTOR, None) or not site.is_sum_place(outer=True):
+    is_place = site.kind in (VECTOR, None) and site.is_sum_place(outer=True)
+    called = _find_cross(site) if is_place and is_sum(site.node) else ""
+    if not called:
         return
-    cross = _find_cross(site)
     names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
 
     def is_short_product(node: ast.AST | None) -> bool:
         sides = (node.left, node.right) if is_product(node) else ()
         return bool(sides) and all(map(site.tree.is_leaf, sides))
 
-    pairs = list[tuple[str, str]]()
-    if is_sum(site.node):
-        products = site.list_products(is_short_product) if of_products else []
-        others = dict.fromkeys(products or names)
-        pairs += ((a, b) for b in others for a in dict.fromkeys([*names, *products]) if a != b)
-        inside = [
-            a for each in ast.walk(site.node) if isinstance(each, ast.Call) for a in each.args
-        ]
-        levers = [name for name in names if name in map(ast.unparse, inside)]
-        if of_products:
-            pairs += ((a, f"{cross}({a}, {b})") for b in levers for a in names if a != b)
-    elif is_matrix_product(site.node) and of_products:
+    products = site.list_products(is_short_product) if of_products else []
+    others = dict.fromkeys(products or names)
+    pairs = [(a, b) for b in others for a in dict.fromkeys([*names, *products]) if a != b]
+    calls = [each for each in ast.walk(site.node) if isinstance(each, ast.Call)]
+    inside = {ast.unparse(argument) for each in calls for argument in each.args}
+    if of_products:
+        levers = [name for name in names if name in inside]
+        pairs += [(a, f"{called}({a}, {b})") for b in levers for a in names if a != b]
+    yield from (f"{site.text} + {called}({a}, {b})" for a, b in pairs)
+
+
+def list_gyroscopic_products(site: Site) -> Texts:
+    """A matrix times a vector with its gyroscopic product: I dw + w x (I w)."""
+    is_place = site.is_sum_place(outer=True) or site.is_sum_place(outer=False)
+    if is_matrix_product(site.node) and site.kind in (VECTOR, None) and is_place:
         matrix = write_operand(site.node.left)
-        pairs += ((name, f"{matrix} @ {name}") for name in names)
-    yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs if cross)
+        names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
+        for cross in _list_cross_products(site):
+            yield from (f"{site.text} + {cross(name, f'{matrix} @ {name}')}" for name in names)
+
+
+def _list_cross_products(site: Site) -> Iterator[Callable[[str, str], str]]:
+    """How the code writes cross products: by the library's function, by a matrix of one factor."""
+    if called := _find_cross(site):
+        yield lambda a, b: f"{called}({a}, {b})"
+    for name, scope in site.tree.functions.items():
+        is_matrix = scope.result == ("array", *VECTOR[1:], *VECTOR[1:])
+        if is_matrix and len(site.tree.list_arguments(name)) == 1:
+            yield partial("{}({}) @ {}".format, name)
 
 
 def list_reactions(site: Site) -> Texts:

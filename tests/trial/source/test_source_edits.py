@@ -112,6 +112,7 @@ def make():
             total += q[0] * back
             held = frames[i][0] @ pull
         turned = np.dot(undo(frames[0][0] @ R), pull)
+        held += R.T @ (R @ back + turn(back) @ R @ back)
         return held + total * turned + frames[last][0] @ back
 
     parts = weights, moment, spin, sweep, lift, inertia, order, push, mate
@@ -236,6 +237,7 @@ def find_answer(
         ("[0.0, 0.3, c1]", "[s * c2, 0.3, c1]", 2),
         ("undo(frames[0][0] @ R)", "frames[0][0] @ R", 4),
         ("frames[last][0] @ back", "back", 4),
+        ("R @ back + turn(back) @ R @ back", "R @ back", 5),
         ("if i == 0", "if i != 0", 2),
         ("in reversed(range(n))", "in range(n)", 2),
         ("for j in range(i)", "for j in range(n)", 2),
