@@ -320,4 +320,4 @@ def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
         if 10 <= largest < 1e6
         else f"{format_percent(largest)} of"
     )
-    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} size"
+    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} natural size"
