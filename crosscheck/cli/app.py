@@ -27,6 +27,7 @@ from crosscheck.models.errors import (
     Unfinished,
     describe_error,
     format_line,
+    rephrase,
 )
 from crosscheck.models.refusals import refuse
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
@@ -527,7 +528,7 @@ def _explain(error: Exception) -> NoReturn:
             sys.exit(2)
         context = getattr(error, "ctx", None)
         command = "crosscheck" if context is None else context.command_path
-        _fail(f"{message} (see {command} --help)", 2)
+        _fail(f"{rephrase(message)} (see {command} --help)", 2)
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         _fail(f"a file cannot be written: {error.strerror}", 2)
     if isinstance(error, OSError) and error.errno in TOO_MANY_FILES:

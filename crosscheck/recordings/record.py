@@ -76,9 +76,7 @@ class Record:
             raise InputError(self.where, "", None, allowed)
         require_even_enough(self.where, self.time)
         if np.ptp(self.position, axis=0).max() < LEAST_MOTION:
-            allowed = (
-                f"is the same in every row; must move by at least {LEAST_MOTION:g} rad or m"
-            )
+            allowed = f"is the same in every row; must move by at least {LEAST_MOTION:g} rad or m"
             raise InputError(self.where, "position", None, allowed)
         slopes = np.abs(np.diff(self.position, axis=0)) / np.diff(self.time)[:, None]
         fastest = np.median(slopes, axis=0)
