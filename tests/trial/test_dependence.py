@@ -218,7 +218,7 @@ def test_equations_without_torque_are_an_arm_without_motors():
 
     trial = trial_of(factory, arm_of(*UNLIKE, payload=0.0))
     assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
-    assert "no torque of a motor is in the equations" in trial.scope
+    assert "no torque of a motor is in the equations, so motors are not judged" in trial.scope
     assert "linear-in-torques" not in {f.quantity for f in trial.agreement.findings}
 
 

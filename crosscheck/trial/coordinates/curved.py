@@ -105,8 +105,8 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
     count: how many coordinates there are, in words. Raises InputError.
     """
     if not callable(coordinates.function):
-        kind = describe_type(coordinates.function)
-        raise InputError(WHERE, "function", None, f"is {kind}; must be a function of x")
+        reason = f"is {describe_type(coordinates.function)}; must be a function of x"
+        raise InputError(WHERE, "function", None, reason)
     frame = _build_frame_of_function(coordinates, layout, count)
     _require_derivative(frame)
     return frame
@@ -121,8 +121,8 @@ def build_velocity_frame(
     """
     n = len(layout)
     if not callable(velocities):
-        kind = describe_type(velocities)
-        raise InputError(WHERE, "velocities", None, f"is {kind}; must be a function of q")
+        reason = f"is {describe_type(velocities)}; must be a function of q"
+        raise InputError(WHERE, "velocities", None, reason)
 
     def slopes(q: np.ndarray) -> np.ndarray:
         raw = _call_user_function(velocities, "velocities", q)

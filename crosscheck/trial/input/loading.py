@@ -383,8 +383,8 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
             raise InputError(where, name, None, reason)
     _require_parts(equations, where)
     if not isinstance(equations.coordinates, Coordinates):
-        kind = describe_type(equations.coordinates)
-        raise InputError(where, "coordinates", None, f"is {kind}; must be Coordinates")
+        reason = f"is {describe_type(equations.coordinates)}; must be Coordinates"
+        raise InputError(where, "coordinates", None, reason)
     level, gearing = equations.level, equations.coordinates.gearing
     if level not in get_args(Level):
         allowed = ", ".join(filter(None, get_args(Level)))
@@ -393,8 +393,8 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
         reason = f"is of rigid models; coordinates.gearing is {gearing}"
         raise InputError(where, "level", level, reason)
     if not isinstance(equations.switches, Switches | None):
-        kind = describe_type(equations.switches)
-        raise InputError(where, "switches", None, f"is {kind}; must be Switches")
+        reason = f"is {describe_type(equations.switches)}; must be Switches"
+        raise InputError(where, "switches", None, reason)
     return equations
 
 

@@ -118,11 +118,11 @@ def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
 CHANGES = {
     "newtons in millimetres": (
         lambda v: v | {"force": 1000 * v["force"]},
-        "force: all of it 1000 times as large: another unit?",
+        "all of force 1000 times as large: another unit?",
     ),
     "degrees": (
         lambda v: v | {"force": np.degrees(v["force"])},
-        "force: all of it 57.2958 times as large: another unit?",
+        "all of force 57.2958 times as large: another unit?",
     ),
 }
 
