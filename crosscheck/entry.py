@@ -8,7 +8,7 @@ from functools import wraps
 from importlib.metadata import EntryPoint
 from typing import Any
 
-from crosscheck.models.errors import InputError, describe_error
+from crosscheck.models.errors import InputError, describe_error, describe_type
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
 
@@ -55,7 +55,7 @@ def load_record(
         raise entry_point_error(offer, f"must be a {expected}, is {type(record).__name__}")
     for name, types in fields.items():
         if not isinstance(getattr(record, name), types):
-            raise entry_point_error(offer, f"{name} is a {type(getattr(record, name)).__name__}")
+            raise entry_point_error(offer, f"{name} is {describe_type(getattr(record, name))}")
     return record
 
 

@@ -8,6 +8,15 @@ from collections.abc import Sequence
 LONGEST_LINE = 400
 PROGRAM = "crosscheck: "  # beginning of every error line
 GAP = "..."
+# How pydantic says what it does not accept, and how this program does.
+PHRASES = {
+    r", unable to parse string as an? \w+": "",
+    "Input should be a valid integer": "must be an integer",
+    "Input should be a valid": "must be a",
+    "Input should be": "must be",
+    "less than or equal to": "at most",
+    "greater than or equal to": "at least",
+}
 
 
 def format_install_command(extra: str) -> str:
@@ -73,6 +82,19 @@ def describe_error(error: BaseException) -> str:
     except BaseException:  # whatever the class of a user or a package does
         text = ""
     return f"{kind}: {text}" if text else kind
+
+
+def describe_type(value: object) -> str:
+    """The name of a value's type behind its article, such as `an int`."""
+    name = type(value).__name__
+    return f"{'an' if name[0].lower() in 'aeio' or name == 'ndarray' else 'a'} {name}"
+
+
+def rephrase(text: str) -> str:
+    """One of pydantic's messages as this program's own."""
+    for theirs, ours in PHRASES.items():
+        text = re.sub(theirs, ours, text)
+    return text
 
 
 def format_line(text: str) -> str:

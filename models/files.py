@@ -55,7 +55,10 @@ def read_raw_arm(name: str) -> dict[str, Any]:
 
 def read_raw_scenario(name: str) -> dict[str, Any]:
     """The content of a scenario's file, not validated. Raises InputError."""
-    return _read(name, "scenarios")
+    content = _read(name, "scenarios")
+    if "quantities" in content:
+        raise InputError(name, "", None, "is a study, not a scenario; `crosscheck sweep` runs it")
+    return content
 
 
 def read_raw_robot(name: str) -> dict[str, Any]:

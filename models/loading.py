@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import require_alike, usual_switches
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, rephrase
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches, find_misfit
 from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
 from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
@@ -238,7 +238,7 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
             chosen["tag"],
             f"must be one of {chosen['expected_tags']}",
         )
-    allowed = EXPECTED.get(details["type"], details["msg"])
+    allowed = EXPECTED.get(details["type"], rephrase(details["msg"]))
     tag = str(details.get("ctx", {}).get("discriminator", "")).strip("'")
     return InputError(where, _format_location(location), value, allowed.replace("{tag}", tag))
 

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from crosscheck import __version__
 from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, find_differences
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, rephrase
 from crosscheck.models.inputs import read_content
 from crosscheck.output import write_text
 from crosscheck.planning.plan import CrossCheckRequest
@@ -165,7 +165,7 @@ def _validate(data: dict[str, Any]) -> Baseline:
         raise InputError("", ".".join([*location, field]), None, allowed)
     if details["type"] == "missing":
         raise InputError("", ".".join(location), None, "is missing; a value is required")
-    raise InputError("", ".".join(location), details["input"], details["msg"])
+    raise InputError("", ".".join(location), details["input"], rephrase(details["msg"]))
 
 
 def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> None:

@@ -24,6 +24,7 @@ from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import LOOSEST, ReasonedLimit, acceptance_limit
 from crosscheck.checks.trajectories import ONE_ROUNDING, Pair, size
 from crosscheck.findings import Agreement, Finding
+from crosscheck.models.errors import rephrase
 from crosscheck.models.loading import Case
 from crosscheck.registry import reference_model
 from crosscheck.report.formatting import describe_outcome
@@ -128,7 +129,9 @@ def reduce_run(
         return _make_record(run, result.cases[key], bounds), bounds
     except ValidationError as error:
         first = error.errors()[0]
-        what = f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {first['msg']}"
+        what = (
+            f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {rephrase(first['msg'])}"
+        )
     except Exception as error:
         what = f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
     return Failure("cannot be recorded", what)

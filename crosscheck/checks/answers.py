@@ -21,6 +21,7 @@ from crosscheck.checks.scales import (
 )
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
+from crosscheck.models.errors import describe_type
 from crosscheck.models.loading import Case
 
 
@@ -100,7 +101,7 @@ class Setting:
 def require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
     """The answer, if it is an array of finite float64 of this shape. Raises BadAnswer."""
     if not isinstance(answer, np.ndarray):
-        raise BadAnswer(f"{what} is a {type(answer).__name__}, must be an array")
+        raise BadAnswer(f"{what} is {describe_type(answer)}, must be an array")
     if answer.dtype != np.float64:
         raise BadAnswer(f"{what} is of type {answer.dtype}, must be float64")
     if shape is not None and answer.shape != shape:

@@ -23,6 +23,7 @@ from crosscheck.checks.scales import (
 )
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.errors import describe_type
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
@@ -92,7 +93,7 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
     import xarray as xr
 
     if not isinstance(run, xr.Dataset):
-        raise IncompleteRun(f"the run is a {type(run).__name__}, must be a Dataset")
+        raise IncompleteRun(f"the run is {describe_type(run)}, must be a Dataset")
     missing = next(_find_faults(run, case, GEARED if meshing else RIGID), None)
     if missing is not None:
         raise IncompleteRun(missing)

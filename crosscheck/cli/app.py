@@ -27,6 +27,7 @@ from crosscheck.models.errors import (
     Unfinished,
     describe_error,
     format_line,
+    rephrase,
 )
 from crosscheck.models.refusals import refuse
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
@@ -48,9 +49,8 @@ File = Path | None  # type of optional file options
 Text = str | None
 Texts = list[str] | None
 ArmName = Annotated[str, Argument(metavar="ARM", help="Built-in name or TOML file.")]
-MechanismName = Annotated[
-    str, Argument(metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF.")
-]
+NAMES = "Name or TOML file of an arm or robot; or a URDF or MJCF."
+MechanismName = Annotated[str, Argument(metavar="ARM", help=NAMES)]
 Quick = Annotated[bool, Option("--quick", help="Fewer states, shorter runs.")]
 Jobs = Annotated[int | None, Option(min=1, max=1000, help="Worker processes (default: all cores).")]
 JUnit = Annotated[File, Option("--junit", help="JUnit XML file to write.")]
@@ -290,9 +290,7 @@ def compare(
             help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a TOML that describes its columns.",
         ),
     ],
-    arm: Annotated[
-        str, Argument(metavar="ARM_OR_ROBOT", help="Built-in name, TOML file or URDF.")
-    ] = "paper-labelled",
+    arm: Annotated[str, Argument(metavar="ARM_OR_ROBOT", help=NAMES)] = "paper-labelled",
     scenario: Annotated[
         Text, Option(help="Take the torques from this scenario's drive, name or file.")
     ] = None,
@@ -321,7 +319,8 @@ def compare(
 @app.command()
 def cost(
     robot: Annotated[
-        str, Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF of a robot or arm.")
+        str,
+        Argument(metavar="ROBOT", help=NAMES),
     ],
     motion: Annotated[
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
@@ -527,7 +526,7 @@ def _explain(error: Exception) -> NoReturn:
             sys.exit(2)
         context = getattr(error, "ctx", None)
         command = "crosscheck" if context is None else context.command_path
-        _fail(f"{message} (see {command} --help)", 2)
+        _fail(f"{rephrase(message)} (see {command} --help)", 2)
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         _fail(f"a file cannot be written: {error.strerror}", 2)
     if isinstance(error, OSError) and error.errno in TOO_MANY_FILES:

@@ -108,14 +108,14 @@ def _describe_costs(
             yield f"{head.format(costs.robot.name)} changes no torque."
             continue
         worst = [each.joint for each in shares if each.share >= NEARLY_WORST * most]
-        torques = f"torque of {worst[0]} is"
+        torques, whose = f"torque of {worst[0]} is", "its largest value"
         if len(worst) > 1:
             named = "every joint" if len(worst) == len(shares) else join_words(worst)
-            torques = f"torques of {named} are"
+            torques, whose = f"torques of {named} are", "their largest values"
         (tip,) = (each for each in costs.tips if each.level == level)
         yield (
             f"{head.format(costs.robot.name)}: the {torques} wrong by up to"
-            f" {format_percent(most)} of the largest. {head.partition(' of {}')[0]} puts"
+            f" {format_percent(most)} of {whose}. {head.partition(' of {}')[0]} puts"
             f" {costs.robot.tip} {describe_distances(tip.distances)} after 1 s of feed-forward."
         )
 

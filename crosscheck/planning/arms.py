@@ -216,15 +216,15 @@ def switch_combinations() -> list[Switches]:
 
 def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
     """Sentences on what a quick cross-check of an arm leaves out."""
-    runs = f"at most {plan.QUICK_STEPS} steps of each experiment are simulated"
+    runs = f"at most {plan.QUICK_STEPS:,} steps of each experiment are simulated"
     if request.has_fixed_steps:
         short = (
             f"{each:g} of {plan.FULL_S[name]:g} s of {name}" for name, each in plan.QUICK_S.items()
         )
         runs = f"{' and '.join(short)} are simulated"
     elif request.needs_sizes:
-        runs = f"{runs}, a full cross-check takes up to {plan.FULL_STEPS}"
+        runs = f"{runs}; a full cross-check takes up to {plan.FULL_STEPS:,}"
     return (
-        f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
-        f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
+        f"With --quick {runs}. Models are compared at {QUICK_COUNT} random states, where a full"
+        f" cross-check takes {COUNT}. What happens later in the runs is not judged."
     )

@@ -43,6 +43,7 @@ TRAJECTORY_NAMES = {"time": "t_s", "theta": "theta_rad", "theta_dot": "theta_dot
 TRAJECTORY_NAMES |= {"torque": "torque_N_m"}  # as this program's own trajectories call them
 # Largest numbers [rad, rad/s, N m] and times [s], as of a start and a drive.
 LARGEST = {"theta": 1e4, "theta_dot": 1e4, "torque": 1e9}
+NOUNS = {"t": "times", "theta": "angles", "torque": "torques"}
 LATEST = 1e10
 LEAST_ROWS = 64
 LONGEST_GAP = 20.0  # gap over the mean step
@@ -75,7 +76,7 @@ class Record:
             raise InputError(self.where, "", None, allowed)
         require_even_enough(self.where, self.time)
         if np.ptp(self.position, axis=0).max() < LEAST_MOTION:
-            allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} at least"
+            allowed = f"is the same in every row; must move by at least {LEAST_MOTION:g} rad or m"
             raise InputError(self.where, "position", None, allowed)
         slopes = np.abs(np.diff(self.position, axis=0)) / np.diff(self.time)[:, None]
         fastest = np.median(slopes, axis=0)
@@ -126,17 +127,15 @@ def read_record(
         content = read_input(path, LARGEST_FILE)
         columns = read_in_subprocess(where, _read_arrays, where, content, within_s=READING_S)
     time = _select_column(where, columns, "t", None, slides)
-    if time is None:
-        allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
-        reason = f"has no times; a column must be one of {allowed}{_suggest_names(columns, slides)}"
-        raise InputError(where, "", None, reason)
     tables = {kind: _build_table(where, columns, kind, joints, slides) for kind in list(UNITS)[1:]}
     angles = tables["theta"]
-    if angles is None:
-        name = _allowed_names("theta", 1, slides)[0]
-        reason = f"has no angles; columns must be {name}, ..., or a TOML file names them"
-        reason += _suggest_names(columns, slides)
-        raise InputError(where, "", None, reason)
+    if time is None or angles is None:
+        found = {"t": time, **tables}
+        missing = [kind for kind in NOUNS if found[kind] is None]
+        names = (_allowed_names(kind, None if kind == "t" else 1, slides)[0] for kind in missing)
+        reason = f"has no {' and no '.join(NOUNS[kind] for kind in missing)}; columns must be"
+        reason += f" {', '.join(names)}, ..., or a TOML file names them"
+        raise InputError(where, "", None, reason + _suggest_names(columns, slides))
     require_even_enough(where, time)
     for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
         table = tables[kind]
@@ -186,6 +185,7 @@ def _allowed_names(kind: str, number: int | None, slides: Collection[int]) -> li
 def _suggest_names(columns: Iterable[str], slides: Collection[int]) -> str:
     """Names that a file's columns may need, as the end of a sentence."""
     names, renamed = [name for name in columns if name], []
+    others = list[str]()
     counts: Counter[str] = Counter()
     for name in names:
         word = re.split(r"[\s\[(]", name.lower())[0]
@@ -193,9 +193,12 @@ def _suggest_names(columns: Iterable[str], slides: Collection[int]) -> str:
         if kind is not None and not _has_known_unit(name):
             counts[kind] += 1
             number = None if kind == "t" else counts[kind]
-            renamed.append(f"{name} to {_allowed_names(kind, number, slides)[0]}")
+            si, *rest = _allowed_names(kind, number, slides)
+            renamed.append(f"{name} to {si}")
+            others += rest if counts[kind] == 1 else []
     seen = f"; its columns are {', '.join(names)[:120]}" if names else ""
-    return f"{seen}: rename {', '.join(renamed)} or as their units are" if renamed else seen
+    by_unit = f", or {', '.join(others)}, by unit" if others else ""
+    return f"{seen}: rename {', '.join(renamed)}{by_unit}" if renamed else seen
 
 
 BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped

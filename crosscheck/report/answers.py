@@ -265,9 +265,9 @@ def describe_verdict(agreement: Agreement) -> str:
     elif not checks:
         rest = "nothing was checked"
     else:
-        whose = "the corrected ones" if printed else "the equations"
-        agree = "agree with every engine"
-        rest = f"{whose} {agree} ({len(checks)} of {total})"
+        corrected = "the corrected ones agree with every engine"
+        agree = corrected if printed else "the models agree with each other"
+        rest = f"{agree} ({len(checks)} of {total})"
     sentence = f"{printed}; {rest}" if printed else rest
     return f"{sentence[0].upper()}{sentence[1:]}."
 

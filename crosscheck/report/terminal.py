@@ -42,9 +42,8 @@ def print_answers(agreement: Agreement, mechanism: Mechanism) -> None:
 
 
 def print_report_summary(agreement: Agreement, mechanism: Mechanism) -> None:
-    """Print the verdict, a line for each model, how far levels are off, the verdict again."""
+    """Print a line for each model, how far levels are off, and the verdict."""
     report_answers = answer_questions(agreement, mechanism)
-    print(make_printable(report_answers.verdict))
     quantities = report_answers.outline.quantities
     table = Table("model", "verdict", *quantities.values(), box=None)
     for row in report_answers.rows:

@@ -19,6 +19,7 @@ from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import SourceLines, find_source
 from crosscheck.trial.judge.checks import SelfCheck, has_engine_conflict
 from crosscheck.trial.judge.entries import (
+    PART_TITLES,
     ROUNDINGS,
     EntryMismatch,
     LevelDistance,
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 
 DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
-PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
 MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
 # Verdicts that no wrong entry accounts for.
 UNACCOUNTED = ("failed", "unfinished", "unresolved")
@@ -324,4 +324,4 @@ def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
         if 10 <= largest < 1e6
         else f"{format_percent(largest)} of"
     )
-    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} size"
+    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} natural size"

@@ -200,7 +200,8 @@ def _describe_motors(names: Sequence[str], motors: Sequence[int]) -> Iterator[st
     """The sentence on the joints that have a motor, unless all do."""
     if len(motors) < len(names):
         joints = ", ".join(names[number] for number in motors)
-        yield f"motors: at {joints} alone" if motors else "no torque of a motor is in the equations"
+        none = "no torque of a motor is in the equations, so motors are not judged"
+        yield f"motors: at {joints} alone" if motors else none
 
 
 def _describe_idle_motors(

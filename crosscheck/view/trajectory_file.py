@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
+from crosscheck.models.errors import rephrase
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import LARGEST_FILE
 from crosscheck.models.mechanism import Mechanism
@@ -110,6 +111,6 @@ class TrajectoryFile(NetcdfFile):
             return record.model_validate_json(text)
         except ValidationError as error:
             first = error.errors()[0]
-            why = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+            why = f"{'.'.join(map(str, first['loc']))}: {rephrase(first['msg'])}"
             self._require(False, f"its {name} cannot be used: {why}")
             raise

@@ -119,7 +119,9 @@ def test_a_robot_without_rotors_is_refused_at_once_and_options_state_them(crossc
         "elbow": 50.0,
     }
     assert "each has a rotor" in crosscheck("cost", "puma560", "--ratio", 4).err
-    assert "--ratio" in crosscheck("cost", tmp_path / "r.urdf", "--ratio", 0).err
+    for number in (0, "nan"):
+        assert ": --ratio = " in crosscheck("cost", tmp_path / "r.urdf", "--ratio", number).err
+    assert "add --rotor-inertia 1e-4\n" in crosscheck("cost", tmp_path / "r.urdf", "--ratio", 9).err
 
 
 def test_engines_that_differ_are_reported_and_fail_the_command(monkeypatch, crosscheck):

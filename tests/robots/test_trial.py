@@ -147,6 +147,9 @@ class Torn:
 def torn(robot):
     return Torn()
 
+def armlike(robot):
+    robot.links
+
 empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
@@ -168,6 +171,7 @@ def test_what_of_a_robots_files_is_not_used_is_reported(crosscheck, tmp_path):
     [
         ("wordless", "raises Wordless (mine.py, line 22)"),
         ("torn", "raises RuntimeError: torn (mine.py, line 27)"),
+        ("armlike", "'links'; a robot has bodies, joints, rotors, stages and gravity ("),
         ("empty", "hands nothing over; needs one of mass_matrix, bias"),
         ("numbers", "bias: is a float; must be a function of x, v"),
         ("nobody", "no nobody in"),

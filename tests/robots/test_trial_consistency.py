@@ -1,5 +1,7 @@
 """What a robot's equations owe to themselves, in words; forms in which weights may be written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,16 @@ def test_nonlinear_effects_are_bias_and_gravity():
     bias, force = trial.scope[:2]
     assert "bias is not 0 at rest: read as nonlinear effects" in bias
     assert "force is the motors' torques alone" in force
+    beside = trial_of(replace(own, bias=two_link.bias, gravity=two_link.gravity))
+    assert beside.agrees
+    assert beside.scope == ()
+
+
+def test_a_single_row_that_is_right_is_one():
+    robot = load_robot("sliding")
+    right, skew = robot_equations(robot, "links"), np.zeros((3, 3))
+    skew[:2, 2] = 1.0
+    mass_matrix = right.mass_matrix
+    assert mass_matrix is not None
+    trial = run_robot_trial(replace(right, mass_matrix=lambda q: mass_matrix(q) + skew), robot)
+    assert "row 3 is right, rows 1 and 2 are wrong" in repr(trial)

@@ -110,12 +110,12 @@ def test_of_many_causes_the_terminal_has_the_first():
 def test_an_entry_is_beside_the_right_one():
     right, rounding = np.array([1.0, -2.0, 0.5]), np.full(3, 1e-9)
     words = {
-        "right is 0": (right, 0.5 * rounding),
+        "the right value is 0": (right, 0.5 * rounding),
         "missing": (0.5 * rounding, right),
         "with the opposite sign": (-right, right),
-        "half as large": (right / 2, right),
-        "twice": (2 * right, right),
-        "1.2345 times as large": (1.2345 * right, right),
+        "yours is half as large": (right / 2, right),
+        "yours is twice as large": (2 * right, right),
+        "yours is 1.2345 times as large": (1.2345 * right, right),
         "": (right + np.array([0.0, 0.1, 0.0]), right),
     }
     for said, (yours, expected) in words.items():

@@ -55,7 +55,7 @@ UNUSABLE = {
     "leaves at import": ("raise SystemExit('of\\nits own')", "SystemExit: of its own"),
     "nothing": ("", "AttributeError: module 'guest' has no attribute 'it'"),
     "a number": ("it = 3", "must be a crosscheck.registry.Entry, is int"),
-    "a title that is no text": (ENTRY.format(", title=3"), "title is a int"),
+    "a title that is no text": (ENTRY.format(", title=3"), "title is an int"),
     "no promises": (ENTRY.format("").replace("STATES)", "None)"), "promises is a NoneType"),
     "a role of its own": (ENTRY.format("").replace('"geared"', '"odd"'), "role is 'odd'"),
 }

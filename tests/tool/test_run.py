@@ -112,9 +112,8 @@ def test_the_papers_equations_are_said_to_differ(quick_report):
     verdict = quick_report.agreement["answers"]["verdict"]
     assert "wrong in 4 places (largest M[theta_1, x_pr2]" in verdict
     lines = quick_report.out.splitlines()
-    assert verdict in (lines[0], lines[1])  # a line of progress may come before it
     assert len(lines) <= 16
-    assert quick_report.out.count(verdict) == 2
+    assert quick_report.out.count(verdict) == 1
     assert quick_report.page.count(verdict) == 1
 
 

@@ -1,6 +1,7 @@
 """Results, arms and models print themselves; a notebook shows results with their heat map."""
 
 import json
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -103,6 +104,14 @@ def test_a_trial_writes_what_the_command_writes(tmp_path):
     kept_arm().write_report(tmp_path)
     assert "<html" in (tmp_path / "trial.html").read_text()
     assert json.loads((tmp_path / "trial.json").read_text())["wrong"]
+
+
+def test_labels_of_a_notebooks_maps_are_level_and_have_room():
+    shown = kept_arm()._repr_html_()
+    tables, level = shown.count("<table"), shown.count("vertical-align:top")
+    labels, padded = shown.count("<th"), len(re.findall("<th [^>]*padding", shown))
+    assert (level, padded) == (tables, labels)
+    assert labels
 
 
 def test_a_cross_check_writes_what_the_command_writes(labelled, tmp_path, monkeypatch):

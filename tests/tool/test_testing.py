@@ -83,7 +83,7 @@ def test_what_cannot_be_tried_is_an_input_error(equations):
         assert_agrees(equations, name="analytic:links")
     with pytest.raises(InputError, match="three-unlike, 3 joints"):
         assert_agrees(replace(equations, rebuild=None), load_arm("three-unlike"))
-    with pytest.raises(InputError, match="yours: is a int"):
+    with pytest.raises(InputError, match="yours: is an int"):
         assert_agrees(5)
 
 

@@ -4,6 +4,7 @@ import functools
 import re
 from collections.abc import Callable
 from fractions import Fraction
+from types import MethodType
 from typing import Any
 
 import casadi as ca
@@ -156,7 +157,7 @@ ANSWERS: dict[str, Any] = {
     r"has an infinite number at \[1, 1\]": [[1, 0], [0, np.inf]],
     "is complex, must be real": np.eye(2) * (1 + 1e-30j),
     "is None, must be numbers": None,
-    "is a object that holds object": object(),
+    "is an object that holds object": object(),
     "is of type <U1": [["a", "b"], ["c", "d"]],
     "has rows of unequal length": [[1, 2], [3]],
     "is masked": np.ma.masked_equal(np.eye(2), 0),
@@ -203,7 +204,10 @@ FUNCTIONS: dict[str, dict[str, Any]] = {
     },
     "mass_matrix: takes v, which is none of x or q": {"mass_matrix": lambda q, v: 1},
     "bias: takes u, which is none of x or q; v or qd or dq": {"bias": lambda q, u: 1},
-    "force: is a ndarray; must be a function of t, x, v, torque": {"force": np.eye(2)},
+    "force: is an ndarray; must be a function of t, x, v, torque": {"force": np.eye(2)},
+    "bias: is a method whose first parameter is q; must be self": {
+        "bias": MethodType(lambda q, v: q * v, X)
+    },
     "force: takes 2 arguments without names, must take t, x, v, torque": {
         "force": sp.lambdify([TWO, TWO], sp.Matrix(TWO))
     },

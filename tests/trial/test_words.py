@@ -224,4 +224,4 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
 )
 def test_a_wrong_entry_is_compared_with_its_size(share, said):
     wrong = EntryMismatch(EntryPlace("gravity", 0), share, name="gravity[q]")
-    assert describe_wrong([wrong]) == f"gravity[q] is wrong, by up to {said} its size"
+    assert describe_wrong([wrong]) == f"gravity[q] is wrong, by up to {said} its natural size"

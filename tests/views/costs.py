@@ -98,7 +98,7 @@ def _list_distances(distances: np.ndarray, cue: str) -> Iterator[Fact]:
 
 
 PHRASES = {
-    "wrong by up to {} of the largest": "worst share",
+    "wrong by up to {} of (?:its|their) largest": "worst share",
     "\\w+ {} off": "off",
     "median of {} runs, {} at most": "runs, at most",
     "to {} digits": "digits",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import replace
+from math import inf, isfinite
 from pathlib import Path
 
 from crosscheck.file_types import ROBOT_FILE, URDF_FILE
@@ -19,10 +20,8 @@ from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber, read_gears
 from crosscheck.output import require_file, write_files
 
-STATE_ROTORS = (
-    "; `crosscheck init` writes a robot file for them; --ratio 101 --rotor-inertia 1e-4 give a"
-    " first answer"
-)
+STATE_ROTORS = "; `crosscheck init` writes a robot file for them; for a first answer add"
+EXAMPLES = {"--ratio": "101", "--rotor-inertia": "1e-4"}
 FRICTIONLESS = "friction of joints left out, which is the same at each level"
 
 
@@ -52,8 +51,10 @@ def load_as_robot(
         InputError: The file does not fit, or no joint has a rotor or an armature, or each has one
             and another is given.
     """
-    if ratio == 0:
-        raise InputError("--ratio", "", ratio, "must not be 0")
+    if ratio is not None and not (ratio and isfinite(ratio)):
+        raise InputError("--ratio", "", ratio, "must be a finite number other than 0")
+    if rotor_inertia is not None and not 0 < rotor_inertia < inf:
+        raise InputError("--rotor-inertia", "", rotor_inertia, "must be finite and above 0")
     mechanism = select_mechanism(name).mechanism
     text = supply("write_as_robot", mechanism.section)(mechanism, "mechanism.urdf")
     content = parse_toml(text.file)
@@ -69,7 +70,9 @@ def load_as_robot(
         robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
     elif any(numbers) or not has_rotors:
         enough = "each has a rotor" if robot.motors else "no motor drives any"
-        allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else enough
+        options = zip(EXAMPLES.items(), numbers, strict=True)
+        missing = [f"{option} {value}" for (option, value), given in options if given is None]
+        allowed = f"{'; '.join(lacks)}{STATE_ROTORS} {' '.join(missing)}" if lacks else enough
         raise InputError(name, "", None, allowed)
     if not robot.friction.any():
         return robot

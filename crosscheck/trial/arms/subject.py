@@ -240,7 +240,7 @@ class ArmSubject(TrialSubject):
         if count := len(self.probes):
             others = f"{count} other arm{'s' * (count > 1)}"
             where = f"also on {others}, to catch errors that equal values here would hide"
-        yield f"judged in {', '.join(self.problem.names)}, {where}"
+        yield f"compared in {', '.join(self.problem.names)}, {where}"
         equations = self.problem.equations
         if self.problem.has_gravity and equations.gravity is None:
             yield "inverse_dynamics is not 0 at rest: read as M a + bias + gravity"

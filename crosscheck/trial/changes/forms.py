@@ -11,6 +11,7 @@ from crosscheck.trial.changes.kane import FACTORS, KaneSum
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.changes.search import CauseSearch
+from crosscheck.trial.judge.entries import PART_TITLES
 
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 
@@ -40,7 +41,7 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
             whole = len(chosen) == there > 1
             of_links = f"{kind} of {join_words([names[n] for n in chosen])}"
             which = kind.replace("the", "every", 1) if whole else of_links
-            words = f"{part}: {which}: {format_factor(1 + by)}"
+            words = f"{PART_TITLES.get(part, part)}: {which}: {format_factor(1 + by)}"
             described.append((0 if whole else len(chosen), words))
         if described:
             break
@@ -50,5 +51,6 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
 
 def format_factor(factor: float) -> str:
     """How large what is wrong is beside what is right."""
-    usual = [words for by, words in FACTORS.items() if abs(factor - by) < ALIKE]
-    return usual[0] if usual else f"{factor:.6g} times as large"
+    usual = (words for by, words in FACTORS.items() if abs(factor - by) < ALIKE)
+    words = next(usual, f"{factor:.6g} times as large")
+    return f"yours is {words}" if words.endswith("large") else words

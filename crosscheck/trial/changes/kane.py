@@ -17,7 +17,7 @@ from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.trial.changes.mistakes import BodyPart, list_whole_bodies
 from crosscheck.trial.changes.problem import DynamicsTerms
 
-FACTORS = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
+FACTORS = {0: "missing", -1: "with the opposite sign", 0.5: "half as large", 2: "twice as large"}
 Pieces = dict[str, dict[str, np.ndarray]]  # by kind and by the body or joint that has them
 
 

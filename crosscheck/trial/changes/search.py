@@ -35,6 +35,7 @@ from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
+from crosscheck.trial.judge.entries import PART_TITLES
 
 CLOSE = (
     1e-4  # largest residual of a number's effect that is worth a try, over the difference's norm
@@ -347,8 +348,9 @@ def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
     """
     usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
     for cause in usual[:1]:
-        missing = f"{cause.missing} is missing in {where}"
-        yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
+        place = PART_TITLES.get(where, where)
+        missing = f"{cause.missing} is missing in {place}"
+        yield missing if cause.missing else f"in {place} alone, as with {cause.words}"
     if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
         also = "would also be explained" if usual else "would be explained"
         yield f"{where} {also}, in it alone, by {list_equals(others)}"
@@ -377,7 +379,7 @@ def describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique:
     right, moments = np.linalg.eigvalsh(body.inertia), np.linalg.eigvalsh(inertia)
     size = float(right[-1]) or 1.0
     if np.abs(right - moments).max() < LEFT * size:
-        return f"{link}: its inertia turned: the right principal moments about other axes"
+        return f"{link}: its principal axes of inertia turned, its principal moments right"
     changed = [
         f"I{AXES[i]}{AXES[j]} = {inertia[i, j]:.6g} (file: {body.inertia[i, j]:.6g})"
         for i, j in zip(*np.triu_indices(3), strict=True)

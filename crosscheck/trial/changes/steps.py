@@ -20,7 +20,7 @@ from crosscheck.trial.changes.problem import DynamicsTerms
 # A body without all columns of its Jacobian in words, by what these are left out of.
 WITHOUT = {
     "left out of velocity and w": "left out",
-    "left out of the velocity": "its mass left out, not its inertia about its centre",
+    "left out of the velocity": "left out, but for its inertia about its centre",
     "left out of w": "its inertia about its centre left out",
 }
 Steps = dict[str, dict[str, DynamicsTerms]]  # changes of the terms, by words and what has them

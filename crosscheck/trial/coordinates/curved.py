@@ -13,7 +13,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, describe_type
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.trial.coordinates import frame as frames
 from crosscheck.trial.coordinates.differences import derivative
@@ -36,7 +36,7 @@ def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
     elif callable(function):
         return build_callable_frame(coordinates, layout, count)
     else:
-        reason = f"is a {type(function).__name__}; must be a function of x or a sympy Matrix"
+        reason = f"is {describe_type(function)}; must be a function of x or a sympy Matrix"
         raise InputError(WHERE, "function", None, reason)
     if frame.matrix is None:
         _require_derivative(frame)
@@ -105,8 +105,8 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
     count: how many coordinates there are, in words. Raises InputError.
     """
     if not callable(coordinates.function):
-        kind = type(coordinates.function).__name__
-        raise InputError(WHERE, "function", None, f"is a {kind}; must be a function of x")
+        reason = f"is {describe_type(coordinates.function)}; must be a function of x"
+        raise InputError(WHERE, "function", None, reason)
     frame = _build_frame_of_function(coordinates, layout, count)
     _require_derivative(frame)
     return frame
@@ -121,8 +121,8 @@ def build_velocity_frame(
     """
     n = len(layout)
     if not callable(velocities):
-        kind = type(velocities).__name__
-        raise InputError(WHERE, "velocities", None, f"is a {kind}; must be a function of q")
+        reason = f"is {describe_type(velocities)}; must be a function of q"
+        raise InputError(WHERE, "velocities", None, reason)
 
     def slopes(q: np.ndarray) -> np.ndarray:
         raw = _call_user_function(velocities, "velocities", q)
@@ -159,7 +159,7 @@ def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: st
     if given is None:
         return _build_complex_frame(difference_frame, user_function) or difference_frame
     if not callable(given):
-        reason = f"is a {type(given).__name__}; must be a function of x"
+        reason = f"is {describe_type(given)}; must be a function of x"
         raise InputError(WHERE, "jacobian", None, reason)
 
     def slopes(x: np.ndarray) -> np.ndarray:

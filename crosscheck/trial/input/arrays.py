@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.errors import describe_type
+
 
 class NotNumbers(ValueError):
     """An unfit answer, with words on its form and on the form that is expected."""
@@ -46,22 +48,22 @@ def _array(answer: Any) -> np.ndarray:
         answer = answer.full()
     if answer is None or np.ma.is_masked(answer):
         raise NotNumbers(f"is {'None' if answer is None else 'masked'}, must be numbers")
-    name = type(answer).__name__
+    name = describe_type(answer)
     try:
         array = np.array(answer)
     except ValueError:
         raise NotNumbers("has rows of unequal length, must be an array of numbers") from None
     except TypeError:  # a casadi expression
-        raise NotNumbers(f"is a {name}, must be numbers") from None
+        raise NotNumbers(f"is {name}, must be numbers") from None
     if array.dtype != object:
         return array
     try:
         return np.array([complex(item) for item in array.flat]).reshape(array.shape)
     except OverflowError:
-        raise NotNumbers(f"is a {name} that holds an integer too large for a float") from None
+        raise NotNumbers(f"is {name} that holds an integer too large for a float") from None
     except (TypeError, ValueError):
         type_names = ", ".join(sorted({type(item).__name__ for item in array.flat}))
-        raise NotNumbers(f"is a {name} that holds {type_names or name}, must be numbers") from None
+        raise NotNumbers(f"is {name} that holds {type_names or name}, must be numbers") from None
 
 
 def is_single_precision(numbers: np.ndarray) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.checks.answers import BadAnswer
-from crosscheck.models.errors import InputError, format_line
+from crosscheck.models.errors import InputError, describe_type, format_line
 from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Equations
@@ -211,8 +211,13 @@ def _make_named_call(
     user_names: Mapping[str, str],
 ) -> NamedCall:
     if not callable(function):
-        reason = f"is a {type(function).__name__}; must be a function of {', '.join(TAKES[part])}"
+        reason = f"is {describe_type(function)}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
+    if inspect.ismethod(function) and not isinstance(function.__self__, type):
+        first = next(iter(_list_parameters(function.__func__) or ()), None)
+        if first and first.name in MEANT:
+            reason = f"is a method whose first parameter is {first.name}; must be self"
+            raise InputError("equations", part, None, reason)
     if callable(getattr(function, "name_in", None)):  # a casadi Function
         return NamedCall(function, _casadi_arguments(function, part))
     if parameters is None:

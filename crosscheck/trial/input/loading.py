@@ -20,7 +20,7 @@ from typing import Any, get_args
 
 import crosscheck
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, describe_type
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.runner.interruption import was_stopped
@@ -262,6 +262,8 @@ def format_error(error: BaseException) -> str:
         text = str(error)
     except Exception:  # a class of the user's own, whose text fails too
         text = ""
+    if isinstance(error, AttributeError) and isinstance(error.obj, Robot):
+        text += "; a robot has bodies, joints, rotors, stages and gravity"
     return f"{name}: {text}" if text else name
 
 
@@ -295,7 +297,7 @@ def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
     if isinstance(source, Equations):
         return source
     if isinstance(source, type) or not (_has_parts(source) or isinstance(source, SimpleNamespace)):
-        kind = "None" if source is None else f"a {type(source).__name__}"
+        kind = "None" if source is None else describe_type(source)
         must = "must return" if verb == "returned" else "must be"
         is_sympy = type(source).__module__.startswith("sympy.")
         reason = f"{verb} {kind}; {must} {OF_SYMPY if is_sympy else ACCEPTED}"
@@ -361,8 +363,10 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
         if parameter.default is not parameter.empty:
             continue
         if MEANT.get(parameter.name) in ("t", "x", "v", "torque"):
-            functions = "hand functions over as Equations(mass_matrix=..., bias=...)"
-            reason = f"takes {parameter.name}, no {names[0]}; {functions}"
+            asked = {MEANT.get(p.name) for p in parameters if p.default is p.empty}
+            parts = [f"{part}=..." for part, takes in TAKES.items() if asked == {*takes}]
+            whole = f"Equations({' or '.join(parts) or 'mass_matrix=..., bias=...'})"
+            reason = f"takes {parameter.name}, no {names[0]}; hand it over as {whole}"
             raise InputError(where, "", None, reason)
         if not free_names or parameter.kind == parameter.KEYWORD_ONLY:
             reason = f"takes {parameter.name}; may take {' and '.join(names)} alone"
@@ -379,8 +383,8 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
             raise InputError(where, name, None, reason)
     _require_parts(equations, where)
     if not isinstance(equations.coordinates, Coordinates):
-        kind = type(equations.coordinates).__name__
-        raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
+        reason = f"is {describe_type(equations.coordinates)}; must be Coordinates"
+        raise InputError(where, "coordinates", None, reason)
     level, gearing = equations.level, equations.coordinates.gearing
     if level not in get_args(Level):
         allowed = ", ".join(filter(None, get_args(Level)))
@@ -389,8 +393,8 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
         reason = f"is of rigid models; coordinates.gearing is {gearing}"
         raise InputError(where, "level", level, reason)
     if not isinstance(equations.switches, Switches | None):
-        kind = type(equations.switches).__name__
-        raise InputError(where, "switches", None, f"is a {kind}; must be Switches")
+        reason = f"is {describe_type(equations.switches)}; must be Switches"
+        raise InputError(where, "switches", None, reason)
     return equations
 
 

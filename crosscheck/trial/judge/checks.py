@@ -35,7 +35,7 @@ CHRISTOFFEL = "bias-from-inertia", "bias"
 GRADIENT = "gravity-is-a-gradient", "gravity"
 INVERSE = "inverse-dynamics", "inverse_dynamics"
 CHANGES = "{} changes from one call to the next with the same arguments"
-MOTIONLESS = "some motion would have no kinetic energy, or less"
+MOTIONLESS = "some motion would have zero or negative kinetic energy"
 
 
 class PartSize(NamedTuple):

@@ -16,6 +16,8 @@ from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps,
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 
+PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
+
 NUDGE = 1e-7  # step of coordinates by which a map is differentiated
 WRITTEN = 10  # tolerance in roundings, for states and answers written with fewer digits
 LARGEST_POWER = 200  # largest power of ten between the numbers of two units

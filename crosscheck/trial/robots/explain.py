@@ -11,7 +11,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
-from crosscheck.report.formatting import list_first
+from crosscheck.report.formatting import join_words, list_first
 from crosscheck.trial.changes.forms import describe_pieces, format_factor
 from crosscheck.trial.changes.numbers import (
     ALIKE,
@@ -25,6 +25,7 @@ from crosscheck.trial.changes.search import (
 )
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.judge.entries import (
+    PART_TITLES,
     EntryMismatch,
     EntryPlace,
     LevelDistance,
@@ -43,7 +44,7 @@ from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.rows import describe_asymmetry
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
-MISSING, EXTRA = "missing", "right is 0"
+MISSING, EXTRA = "missing", "the right value is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
 NO_CAUSE = "no single number, frame or place explains it"
@@ -296,10 +297,11 @@ def _lone_part_notes(
     if len(wrong) != 1 or not right:
         return
     within = [entry for entry in entries if entry.part == wrong[0]]
-    name = within[0].name if len(within) == 1 else wrong[0]
+    name = within[0].name if len(within) == 1 else PART_TITLES.get(wrong[0], wrong[0])
     verb = "is" if len(right) == 1 else "are"
     remark = f": {within[0].remark}" if len(within) == 1 and within[0].remark else ""
-    yield f"{name} alone is wrong{remark}; {' and '.join(right)} {verb} right"
+    others = join_words([PART_TITLES.get(part, part) for part in right])
+    yield f"{name} alone is wrong{remark}; {others} {verb} right"
 
 
 def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterator[str]:
@@ -341,9 +343,9 @@ def _self_notes(
         which = "" if "mass_matrix" in wrong else ", which is right"
         if places:
             listed = list_entries([EntryPlace("bias", row) for (row,) in places], names)
-            yield f"bias does not follow from mass_matrix{which}: {listed}"
+            yield f"bias does not follow from M{which}: {listed}"
         elif "mass_matrix" in wrong:
-            yield "bias follows from mass_matrix: they are wrong together, by one cause"
+            yield "bias follows from M: they are wrong together, by one cause"
     unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]
     for row, column in unlike[:1]:
         a, b = names[row], names[column]

@@ -299,7 +299,7 @@ class RobotProblem:
         if answers.sources.get("bias") == NONLINEAR:
             nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
             yield f"bias is not 0 at rest: {nonlinear}"
-        if answers.driven:
+        if answers.driven and self.equations.gravity is None:
             yield "force is the motors' torques alone: the weights are read as gravity, on the left"
         if answers.weightless:
             yield "inverse_dynamics leaves the weights out"

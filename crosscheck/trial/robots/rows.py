@@ -20,7 +20,7 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
     for which, half in (("below", np.tri(len(wrong), k=-1)), ("above", np.tri(len(wrong), k=-1).T)):
         if wrong.any() and not (mass * half).any() and not (wrong & (half == 0)).any():
             return (
-                f"mass_matrix is 0 {which} the diagonal, and right elsewhere: is one of its"
+                f"M is 0 {which} the diagonal, and right elsewhere: is one of its"
                 " triangles alone filled?"
             )
     unequal = (np.abs(mass - mass.swapaxes(1, 2)) > TOLERANCE * size).any(axis=0)
@@ -31,15 +31,15 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
         place, mirror = sorted((pairs[0], pairs[0][::-1]), key=lambda each: not wrong[tuple(each)])
         name, mirror_name = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
         also = "both are wrong" if wrong[tuple(mirror)] else f"{mirror_name} is right"
-        return f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
+        return f"M is not symmetric: {name} differs from {mirror_name}; {also}"
     rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
     lines, right = ("rows", rows) if rows.any() else ("columns", columns)
     if right.any():
-        also = f"its {lines} {_join_places(right)} are right, {lines} {_join_places(~right)} wrong"
+        also = f"{_join_places(lines, right)} right, {_join_places(lines, ~right)} wrong"
         also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
     else:
         also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
-    return f"mass_matrix is not symmetric in {len(pairs)} pairs; {also}"
+    return f"M is not symmetric in {len(pairs)} pairs; {also}"
 
 
 def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
@@ -60,12 +60,13 @@ def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
     return f": accelerations go wrong on their way out, from {before} to {after}"
 
 
-def _join_places(chosen: np.ndarray) -> str:
-    """Numbers from 1 of what is chosen, such as `1 and 4 to 7`."""
+def _join_places(lines: str, chosen: np.ndarray) -> str:
+    """The chosen rows or columns by numbers from 1, such as `rows 1 and 4 to 7 are`."""
     numbers, runs = np.flatnonzero(chosen) + 1, list[str]()
     for run in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
         runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
-    return join_words(runs)
+    line, verb = (lines, "are") if len(numbers) > 1 else (lines[:-1], "is")
+    return f"{line} {join_words(runs)} {verb}"
 
 
 def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:

@@ -21,7 +21,7 @@ from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.targets import (
     make_entry_target,
 )
-from crosscheck.trial.changes.arms.term_changes import Target, TermChange
+from crosscheck.trial.changes.arms.term_changes import WEIGHT, Target, TermChange
 from crosscheck.trial.changes.arms.term_search import ChangeSet, search_changes
 from crosscheck.trial.changes.arms.term_words import (
     error_signature,
@@ -114,8 +114,7 @@ def _list_whole_weights(
     if place.part != "force" or any("gravity" not in arm.user_values for arm in arms):
         return []
     weights = [-arm.user_values["gravity"][target.states, place.row] for arm in (*arms, arms[0])]
-    words = "the weight of every body"
-    return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=words)]
+    return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=WEIGHT)]
 
 
 def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:

@@ -15,7 +15,7 @@ from crosscheck.trial.changes.kane import FACTORS
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch
-from crosscheck.trial.judge.entries import Part, Term, TermError
+from crosscheck.trial.judge.entries import PART_TITLES, Part, Term, TermError
 
 UNITS = {  # of whole parts
     by**power: f"{by**power:.6g} times as large: another unit?"
@@ -38,7 +38,7 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
         wrong, right = problem.differences[part], problem.right[part]
         for by, factor in (FACTORS | UNITS).items():
             if np.abs(wrong - (by - 1) * right).max() <= ALIKE * np.abs(wrong).max():
-                yield f"{part}: all of it {factor}"
+                yield f"all of {PART_TITLES.get(part, part)} {factor}"
         search = CauseSearch(problem)
         yield from (each.words for each in search.find_causes() if each.usual)
         yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))

@@ -19,7 +19,7 @@ from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     TermKey,
 )
-from crosscheck.trial.changes.arms.term_changes import MOST_TERMS, TermChange
+from crosscheck.trial.changes.arms.term_changes import MOST_TERMS, WEIGHT, TermChange
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     Term,
@@ -177,7 +177,8 @@ def describe_term_error(error: TermError) -> str:
     if not right:  # a step of the derivation, which is no term
         return yours
     match = re.search(rf"(?<!\S){re.escape(right)}(\^\d+)?(?!\S)", coefficient)
-    if match is None or "(" in coefficient or "every" in coefficient or not yours.isidentifier():
+    is_product = coefficient != WEIGHT and "(" not in coefficient and "every" not in coefficient
+    if match is None or not is_product or not yours.isidentifier():
         return f"{yours} where {right} belongs" + f", in {term}" * bool(term)
     power = match[1] or ""
     inside = f"({right}{power} - {yours}{power})"
@@ -207,7 +208,7 @@ def guess(wrong: EntryMismatch) -> str:
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
     guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
     more = f"; {len(others) - MOST_EQUAL} more fit as well" * (len(others) > MOST_EQUAL)
-    return "; or ".join(guesses) + more + "?"
+    return ("; or ".join(guesses) + more).rstrip("?") + "?"
 
 
 def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]:
