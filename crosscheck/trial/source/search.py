@@ -400,7 +400,7 @@ class EditSearch:
         if self.pair is None:
             return None
         edits, level = self.pair
-        described = tuple(describe_edit(self.tree, edit, ()) for edit in edits)
+        described = tuple(self._describe_edit(edit, ()) for edit in edits)
         level = "" if level == self.judge.level else level
         return SourceAnswer(described, level=level, is_unequal=self.judge.is_unequal)
 
@@ -472,7 +472,19 @@ class EditSearch:
 
     def _describe(self, mending: MendingEdit) -> SourceEdit:
         mended = self.judge.wrong[mending.level] - mending.wrong
-        return describe_edit(self.tree, mending.edit, self.judge.format_entries(mended))
+        return self._describe_edit(mending.edit, self.judge.format_entries(mended))
+
+    def _describe_edit(self, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
+        """The record of an edit, with whether it puts a number of the file where another stood."""
+        described, is_stated = (
+            describe_edit(self.tree, edit, entries),
+            self.answer_keys[0].is_stated,
+        )
+        try:
+            old, new = map(float, (described.removed, described.added))
+        except ValueError:  # no numbers
+            return described
+        return replace(described, is_stated=is_stated(new) and not is_stated(old))
 
 
 get_badness = attrgetter("badness")

@@ -33,6 +33,7 @@ class SourceEdit:
         entries: The wrong entries that it mends, in words.
         rank: Likelihood of edits of this kind: 1 of the likeliest.
         move: Where the old text should stand, '' where it should be another.
+        is_stated: Whether the new text is a number of the mechanism's file, and the old one is not.
     """
 
     file: str
@@ -46,6 +47,7 @@ class SourceEdit:
     entries: tuple[str, ...]
     rank: int
     move: str = ""
+    is_stated: bool = False
 
     @property
     def place(self) -> str:
@@ -61,7 +63,7 @@ class SourceEdit:
             return f"{self.old} should be left out"
         if not self.removed:
             return f"{self.new} should follow {self.old}"
-        return f"{self.old} should be {self.new}"
+        return f"{self.old} should be {self.new}{', as in the file' * self.is_stated}"
 
 
 @dataclass(frozen=True)
