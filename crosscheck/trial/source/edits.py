@@ -132,11 +132,11 @@ KINDS = (
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
     EditKind(5, partial(list_further_products, sign="+")),
-    EditKind(6, list_like_statements),
     EditKind(6, partial(list_further_factors, written=False)),
     EditKind(6, partial(list_further_products, sign="-")),
     EditKind(6, partial(list_further_summands, outer=False)),
     EditKind(6, partial(list_further_cross_products, of_products=False)),
+    EditKind(6, list_like_statements),
 )
 ADDING_RANK = 5  # least rank of edits that add a summand or a statement
 RANKS = sorted({kind.rank for kind in KINDS})
