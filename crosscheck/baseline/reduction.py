@@ -102,11 +102,8 @@ def make_baseline(result: CrossCheck) -> record.Baseline:
 
 
 def checks_by_id(agreement: Agreement) -> dict[str, Finding]:
-    """The checks by id; of several with one id, the worst."""
-    worst_last = sorted(
-        agreement.checks, key=lambda finding: record.BEST_FIRST.index(finding.verdict)
-    )
-    return {finding.id: finding for finding in worst_last}
+    """The checks by id."""
+    return {finding.id: finding for finding in agreement.checks}
 
 
 def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:

@@ -49,19 +49,6 @@ class Results:
             raise MissingResult(f"{task.model}: {outcome}", outcome.unfinished)
         return outcome
 
-    def get_if_finished(self, task: ModelTask) -> Any | None:
-        """A task's array or trajectory, or None where it failed.
-
-        Raises MissingResult where it is unfinished: what is done without it would depend on how
-        long a model was waited for.
-        """
-        try:
-            return self.need(task)
-        except MissingResult as error:
-            if error.unfinished:
-                raise
-            return None
-
     def get(self, task: ModelTask) -> Any | None:
         """A task's array or trajectory, or None for whatever reason there is none."""
         try:

@@ -78,10 +78,6 @@ def test_a_missing_result_says_whose_it_is_and_why():
             RESULTS.need(task)
         assert (str(error.value), error.value.unfinished) == (said, unfinished)
         assert RESULTS.get(task) is None
-    assert RESULTS.get_if_finished(FAILED) is None
-    assert RESULTS.get_if_finished(FINE) is RESULTS.get(FINE)
-    with pytest.raises(MissingResult):
-        RESULTS.get_if_finished(STOPPED)
     assert list(get_answers(RESULTS, [FAILED, FINE, STOPPED])) == ["fine"]
 
 
