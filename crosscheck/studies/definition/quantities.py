@@ -191,7 +191,7 @@ class RigidDeviation(WindowedQuantity):
 
 
 class Function(MeasuredQuantity):
-    """Numbers that a user's function returns of a member's run, a Dataset."""
+    """Numbers that a user's function returns for a member's run, a Dataset."""
 
     kind: Literal["user_function"]
     """Which quantity this is."""
