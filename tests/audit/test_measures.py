@@ -38,6 +38,7 @@ from crosscheck.audit.experiments.variant import (
     rigid_arm,
     simulate,
 )
+from crosscheck.audit.figures.sweeps import find_spectrum
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
@@ -95,6 +96,16 @@ def test_the_three_fluctuations_and_the_fourth():
     assert numbers["second_delay_s"] == pytest.approx(0, abs=1e-3)
     assert numbers["opposite_share"] == 1
     assert numbers["return_s"] == pytest.approx(RETURN_S, abs=2 * STEP_S)
+
+
+def test_every_joints_spectrum_is_of_the_shoulders_third_fluctuation():
+    """A larger burst of the elbow, at another time and frequency, is not in it."""
+    run, rigid = made(burst(0.9, 1.1, 300))
+    later = np.column_stack([0 * TIME, burst(1.2, 1.4, 900, 4000.0)])
+    run = replace(run, theta_ddot=run.theta_ddot + later)
+    for joint in (0, 1):
+        frequency, amplitudes = find_spectrum(run, rigid, joint)
+        assert frequency[np.nanargmax(amplitudes)] == pytest.approx(1500, rel=0.05)
 
 
 def test_what_was_there_before_a_side_change_is_no_second_fluctuation():

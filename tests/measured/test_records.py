@@ -119,6 +119,7 @@ BAD: dict[str, Callable[[str], str]] = {
     "a short line": lambda text: text + "0.7,1\n",
     "numbers for names": lambda text: cell(text, 0, 0, "0").partition("\n")[2],
     "a huge angle": put(5, 1, "1e300"),
+    "a huge negative angle": put(5, 1, "-1e300"),
     "a huge torque": put(5, 3, "1e300"),
     "a huge time": put(600, 0, "1e300"),
     "nanoseconds apart": lambda text: scaled(text, [0], 1e-9),

@@ -18,7 +18,7 @@ from crosscheck.identification.gravity import GravityEstimate
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import format_estimate
 from crosscheck.identification.sampling import lowest_bandwidth
-from crosscheck.identification.structure import compare_levels, draw_samples
+from crosscheck.identification.structure import _rank, compare_levels, draw_samples
 from crosscheck.identification.terms import RotorRegressor, build_columns, shared_motors
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
@@ -137,6 +137,14 @@ def test_levels_differ_where_a_stator_is_elsewhere(robot):
     ranks = compare_levels(moved, np.zeros((0, 3)))
     assert not ranks.are_equal
     assert (ranks.both, ranks.armature) == (ranks.links + 2, ranks.links + 1)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-9])
+def test_a_rank_does_not_depend_on_the_units_of_columns(size):
+    columns = np.random.default_rng(3).normal(size=(20, 2, 5)) * [1.0, 1.0, size, size, 1.0]
+    assert _rank(columns) == 5
+    columns[..., 4] = columns[..., 0] + columns[..., 2] / size
+    assert _rank(columns) == 4
 
 
 def test_torques_behind_the_gears_show_no_rotor(robot, coupled):
