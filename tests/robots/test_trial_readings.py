@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from crosscheck.trial.coordinates.readings import JointCoordinates, list_readings
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.coordinates.robots import build_robot_frame
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots.readings import describe_coordinates
 from tests.robots import chains, two_link
 from tests.robots.trials import run_robot_trial
@@ -48,3 +49,5 @@ def test_coordinates_are_counted_without_the_joints_that_follow_others():
     assert (found.turning, found.names) == ([0, 1, 2], ["a", "b", "d"])
     assert found.before == {0: [], 1: [0], 2: [0, 1]}
     assert found.ratios.tolist() == [1.0, 1.0, 7.0]
+    frame = build_robot_frame(Coordinates(), chains.robot(chains.urdf(*parts), motor))
+    assert frame.jacobian(np.zeros(3)).tolist() == np.eye(3).tolist()

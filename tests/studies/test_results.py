@@ -1,5 +1,6 @@
 """What a study's result says: of its members, its axes, a second engine; and its drawings."""
 
+import json
 import tomllib
 from contextlib import nullcontext
 from pathlib import Path
@@ -86,6 +87,7 @@ def test_axes_carry_units_and_what_they_vary(result):
         assert found.theta_ddot_peak.attrs["units"] == "rad s-2"
         assert list(found.phase.values) == ["angle", "omega_t"]
         assert found.start.values.tolist() == [7, 8]  # by which a member's start is drawn again
+        assert json.loads(found.attrs["provenance"])["switches"] is not None
         assert {"backlash_m", "damping_ratio"} <= set(found.coords)
         case = load_case("paper-labelled", "pd", settings=["scenario.duration_s=0.002"])
         assert np.array_equal(found.time.values, recorded_times(case.scenario))

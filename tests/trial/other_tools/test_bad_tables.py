@@ -18,6 +18,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
+from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.tables.answer_files import TableColumns, _precision, read_answers
 from crosscheck.trial.tables.answers import (
     _require_same_states,
@@ -31,7 +32,9 @@ from crosscheck.trial.tables.folder import (
     render_request_files,
 )
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
+from tests.tool.supplied import TWO_LINK
 from tests.tool.test_bad_input import assert_one_line
+from tests.trial.other_tools.tables import judge_table, sheets_of, write_csv
 
 ROWS = 40
 GOOD = ["row,force_1,force_2", *(f"{k},{k / 7!r},{k / 11!r}" for k in range(1, ROWS))]
@@ -151,6 +154,26 @@ def test_states_are_the_same_to_single_precision_of_their_largest_number():
     file.state_columns = {"q": right[:, 0] + [1.02 * 2e-4, 0.0]}
     with pytest.raises(InputError, match=r"500204: must be 0\.5: these are answers to"):
         _require_same_states(file, sheet)
+
+
+@pytest.mark.parametrize("number", [0, -1])
+def test_states_of_every_round_are_compared(number, tmp_path):
+    """Also those of other arms, which come in the second round."""
+    table, file = TableTrial(load_arm("paper-labelled"), quick=True), tmp_path / "mine.py"
+    file.write_text(TWO_LINK, encoding="utf-8")
+    equations = load_equations(f"{file}:two_link", table.mechanism, None)
+    sheets = sheets_of(table, equations, probes=True)
+    states = {each.first + k: x for each, _ in sheets for k, x in enumerate(each.arguments["x"])}
+    asked, _ = sheets[number]
+    for row in range(asked.first, asked.first + asked.count):
+        states[row] = states[row] + 1.0
+    answered = write_csv(tmp_path / "answers.csv", sheets)
+    header, *lines = answered.read_text(encoding="utf-8").splitlines()
+    rows = (",".join([line, *map(str, states[int(line.partition(",")[0])])]) for line in lines)
+    text = "\n".join([",".join([header, *asked.columns["x"]]), *rows])
+    answered.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="these are answers to"):
+        judge_table(table, answered)
 
 
 @pytest.mark.parametrize(("force", "acceleration"), [(8, 12), (12, 8), (17, 8)])
