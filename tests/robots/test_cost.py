@@ -10,13 +10,14 @@ import pytest
 from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
-from crosscheck.cost.output import cost_page, describe_result
+from crosscheck.cost.output import _tabulate_agreement, cost_page, describe_result
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import tasks
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
+from tests.robots.cost_guard import found_cost
 from tests.tool.test_bad_input import assert_one_line
 
 FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=400)
@@ -170,3 +171,12 @@ def test_motions_stay_within_limits_of_which_one_may_be_missing(limits, expected
     limited = replace(first.limits, lower=limits[0], upper=limits[1])
     own = replace(own, joints=(replace(first, limits=limited), *own.joints[1:]))
     assert motion_range(own, 0) == pytest.approx(expected)
+
+
+def test_one_quantity_that_differs_is_marked_at_its_level_alone():
+    costs = found_cost("oblique", engines=True)
+    first, *others = costs.agreement
+    assert first.verdict == "agree"
+    shown = replace(costs, agreement=(replace(first, verdict="differ"), *others))
+    cells = [cell for row in _tabulate_agreement(shown) for cell in row.cells]
+    assert sum(cell.endswith("differs") for cell in cells) == 1

@@ -16,9 +16,11 @@ from syrupy.assertion import SnapshotAssertion
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
+from crosscheck.trial.coordinates.robots import build_robot_frame, place_states
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations
 from crosscheck.trial.result import Trial
+from crosscheck.trial.robots.answers import draw_states
 from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.trials import run_robot_trial
@@ -237,6 +239,15 @@ def test_right_parts_in_other_coordinates_are_never_blamed(two, form, by):
     trial = run_robot_trial(own, two)
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
     assert set(trial.relative_errors) >= set(FORMS[form]) - {"coriolis"}
+
+
+def test_a_place_that_no_x_gives_is_shifted_to_one_that_some_x_gives(two):
+    bounded = Coordinates(function=lambda x: np.array([1.2 * np.sin(x[0]), x[1]]))
+    states = draw_states(two, 7, 0, (0, 1))
+    drawn = np.column_stack([np.linspace(-2.0, 2.0, 7), states.q[:, 1]])
+    placed = place_states(states._replace(q=drawn), build_robot_frame(bounded, two)).q
+    assert (np.abs(placed[:, 0]) <= 1.2).all()
+    assert placed[2:5] == pytest.approx(drawn[2:5])
 
 
 def test_a_wrong_bias_of_curved_coordinates_is_reported(two):
