@@ -42,15 +42,15 @@ def arm():
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong", "new"),
+    ("right", "wrong", "new", "argument"),
     [
-        ("d2 * sp.cos(a1 + a2)", "d2 * sp.cos(a2)", "a1 + a2"),
-        ("g * m2 * y2", "g * m2 * y1", "g * m2 * y2"),
+        ("d2 * sp.cos(a1 + a2)", "d2 * sp.cos(a2)", "a1 + a2", ""),
+        ("g * m2 * y2", "g * m2 * y1", "g * m2 * y2", "arm"),
     ],
 )
-def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new):
+def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new, argument):
     assert right in LAGRANGE
-    text = LAGRANGE.replace(right, wrong, 1)
+    text = LAGRANGE.replace(right, wrong, 1).replace("model()", f"model({argument})")
     file = tmp_path / "mine.py"
     file.write_text(text, encoding="utf-8")
     change = try_equations(f"{file}:model", arm).change
