@@ -13,6 +13,7 @@ from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.page import report
 from crosscheck.audit.page.chapter import AUTHORS, TITLE, AuditChapter
 from crosscheck.audit.page.report import (
     format_records,
@@ -47,6 +48,18 @@ def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(crossch
 
 
 @pytest.mark.slow
+def test_figures_alone_are_of_the_starts_that_are_asked_for(cache, monkeypatch):
+    scales = []
+
+    def keep(study, figures, out, scale):
+        scales.append(scale)
+        return []
+
+    monkeypatch.setattr(report, "write_figures", keep)
+    run_paper_command([4], cache / "out", 1, 5)
+    assert [scale.first_seed for scale in scales] == [5]
+
+
 def test_one_figure_alone_makes_a_self_contained_page(cache):
     """Its script and its style are in it; nothing is asked of any other place."""
     run_paper_command([4], cache / "out", 1, 5)
