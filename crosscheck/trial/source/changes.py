@@ -162,6 +162,12 @@ def list_constants(site: Site) -> Texts:
         yield from (text for text, kind in site.scope.list_leaves(written=True) if kind == INDEX)
 
 
+def list_names_for_constants(site: Site) -> Texts:
+    """A name or attribute for a number with a fraction that stands in the place of one."""
+    if isinstance(site.node, ast.Constant) and isinstance(site.node.value, float):
+        yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
+
+
 def list_zeros(site: Site) -> Texts:
     """A name for a number 0 of a vector, such as the offset that somebody left out."""
     is_zero = isinstance(site.node, ast.Constant) and site.node.value in (0, 0.0)
@@ -394,8 +400,13 @@ def list_near_sums(site: Site, *, written: bool) -> Texts:
 
 
 def list_assignments(site: Site) -> Texts:
-    """A sum that goes on, or that begins anew."""
+    """A sum that goes on, or that begins anew; two names of several in the other order."""
     node = site.node
+    if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
+        names, value = [ast.unparse(each) for each in node.targets[0].elts], ast.unparse(node.value)
+        for place in range(len(names) - 1):
+            order = _swap(range(len(names)), place, place + 1)
+            yield f"{', '.join(names[each] for each in order)} = {value}"
     if isinstance(node, ast.Assign) and isinstance(node.targets[0], LEAF):
         target, value = ast.unparse(node.targets[0]), ast.unparse(node.value)
         yield from (f"{target} {sign}= {value}" for sign in OPPOSITE)

@@ -235,6 +235,7 @@ def find_answer(
         ("shares + bonus +", "shares +", 2),
         ("n / 2", "n // 2", 2),
         ("[0.0, 0.3, c1]", "[s * c2, 0.3, c1]", 2),
+        ("k, n = [", "n, k = [", 2),
         ("undo(frames[0][0] @ R)", "frames[0][0] @ R", 4),
         ("frames[last][0] @ back", "back", 4),
         ("R @ back + turn(back) @ R @ back", "R @ back", 5),

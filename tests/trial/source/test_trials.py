@@ -70,6 +70,12 @@ def find_line(text: str, piece: str) -> int:
     return text[: text.index(piece)].count("\n") + 1
 
 
+def test_a_number_of_ones_own_in_the_place_of_the_files_is_its_name(tmp_path, arm):
+    model = write_model(tmp_path, BY_FILE, ("a.mass, b.mass", "a.mass, 2.9"))
+    (edit,) = try_equations(model, arm).change.edits
+    assert (edit.line, edit.new) == (find_line(BY_FILE, "m1, m2,"), "b.mass")
+
+
 def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
     model = write_model(tmp_path, BY_FILE, SQUARE)
     before = {each: each.read_bytes() for each in tmp_path.iterdir()}
