@@ -6,6 +6,7 @@ import __future__
 import ast
 import functools
 import linecache
+import pickle
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -20,6 +21,7 @@ import crosscheck
 from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Equations
 
+LIBRARIES = ("numpy", "math")  # modules whose functions make data
 MODULE = "_crosscheck_edited"  # name of modules that are made of edited source
 Names = Mapping[str, Any]
 
@@ -105,7 +107,8 @@ def find_code(equations: Equations) -> UserCode | None:
 def find_object_code(source: Any) -> UserCode | None:
     """The source of a factory, or of Equations of plain functions; None where it has none.
 
-    Functions and classes of the file are defined anew; other names have the values that they have.
+    Functions and classes of the file are defined anew, and its data; other names have the values
+    that they have.
     """
     functions: Names = {"": source}
     if isinstance(source, Equations):
@@ -133,10 +136,32 @@ def find_object_code(source: Any) -> UserCode | None:
         made = {part: defined[each.__name__] for part, each in functions.items()}
         return replace(source, **made) if isinstance(source, Equations) else made[""]
 
-    def is_definition(statement: ast.stmt) -> bool:
-        return isinstance(statement, ast.FunctionDef | ast.ClassDef)
+    def is_needed(statement: ast.stmt) -> bool:
+        is_definition = isinstance(statement, ast.FunctionDef | ast.ClassDef)
+        return is_definition or _is_data(statement, names)
 
-    return _read_code(files.pop(), names, select, is_definition, local_lines)
+    return _read_code(files.pop(), names, select, is_needed, local_lines)
+
+
+def _is_data(statement: ast.stmt, names: Names) -> bool:
+    """Whether a statement gives data to names that still have them, and does nothing else.
+
+    It calls functions of libraries of numbers alone: any other might begin a trial again.
+    """
+    if not isinstance(statement, ast.Assign):
+        return False
+    calls = [node.func for node in ast.walk(statement) if isinstance(node, ast.Call)]
+    owners = [ast.unparse(call).partition(".")[0] for call in calls]
+    stored = [node for target in statement.targets for node in ast.walk(target)]
+    targets = [node.id for node in stored if isinstance(node, ast.Name)]
+    if not all(getattr(names.get(owner), "__name__", "") in LIBRARIES for owner in owners):
+        return False
+    again = dict(names)
+    try:
+        exec(compile(ast.Module([statement], []), "", "exec"), again)
+        return all(pickle.dumps(again[name]) == pickle.dumps(names[name]) for name in targets)
+    except Exception:  # it takes what is there no more, or makes what cannot be compared
+        return False
 
 
 def _read_closure(function: FunctionType) -> dict[str, Any]:

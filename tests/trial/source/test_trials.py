@@ -1,7 +1,9 @@
 """Trials of arms and of robots name the line, at no cost where all is right, and change nothing."""
 
+import importlib
 import json
 import linecache
+import sys
 import textwrap
 from pathlib import Path
 
@@ -74,6 +76,14 @@ def test_a_number_of_ones_own_in_the_place_of_the_files_is_its_name(tmp_path, ar
     model = write_model(tmp_path, BY_FILE, ("a.mass, b.mass", "a.mass, 2.9"))
     (edit,) = try_equations(model, arm).change.edits
     assert (edit.line, edit.new) == (find_line(BY_FILE, "m1, m2,"), "b.mass")
+
+
+def test_data_of_the_module_of_given_functions_is_edited_too(tmp_path, arm, monkeypatch):
+    write_model(tmp_path, LITERAL, ("4.0, 2.5,", "4.0, 2.6,"))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
+    (edit,) = try_equations(importlib.import_module("mine").model, arm).change.edits
+    assert (edit.line, edit.new) == (find_line(LITERAL, "m1, m2,"), "2.5")
 
 
 def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
