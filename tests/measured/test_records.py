@@ -47,6 +47,9 @@ def test_every_format_says_the_same(record, tmp_path):
     assert_same(read_record(tmp_path / "r.csv", 2), record)
     scipy.io.savemat(tmp_path / "r.mat", named)
     assert_same(read_record(tmp_path / "r.mat", 2), record)
+    whole = np.round(1e3 * record.time).astype(np.uint16)  # as MATLAB keeps whole numbers
+    scipy.io.savemat(tmp_path / "w.mat", {"t_ms": whole} | {n: named[n] for n in [*named][1:]})
+    assert read_record(tmp_path / "w.mat", 2).time == pytest.approx(whole / 1e3)
     for block in (0, 512):  # MATLAB writes behind its own 512 bytes, and column by column
         with h5py.File(tmp_path / "r.h5", "w", userblock_size=block) as file:
             for name, values in named.items():

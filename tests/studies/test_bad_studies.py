@@ -4,6 +4,7 @@ import re
 import tomllib
 from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,10 +98,11 @@ def test_more_members_than_the_disk_holds_are_refused_with_the_number(refuse, tm
     refuse(file, "20,000,000 members", " GB")
 
 
-def test_room_is_what_the_disk_has(tmp_path):
+def test_room_is_what_the_disk_has_for_a_result_and_its_batches(tmp_path, monkeypatch):
     batch_store.require_room(tmp_path / "out.nc", 1000, 10)
+    monkeypatch.setattr(batch_store.shutil, "disk_usage", lambda folder: SimpleNamespace(free=1900))
     with pytest.raises(InputError, match="10 members"):
-        batch_store.require_room(tmp_path / "out.nc", 10**18, 10)
+        batch_store.require_room(tmp_path / "out.nc", 1000, 10)
 
 
 def test_a_file_of_somebody_elses_is_left_alone(sweep, crosscheck, tmp_path):

@@ -46,11 +46,17 @@ def arm():
     [
         ("d2 * sp.cos(a1 + a2)", "d2 * sp.cos(a2)", "a1 + a2", ""),
         ("g * m2 * y2", "g * m2 * y1", "g * m2 * y2", "arm"),
+        ("g * m2 * y2", "g * m2 * x2", "y2", "L alone"),
     ],
 )
 def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new, argument):
     assert right in LAGRANGE
-    text = LAGRANGE.replace(right, wrong, 1).replace("model()", f"model({argument})")
+    text = LAGRANGE.replace(right, wrong, 1)
+    if argument == "L alone":
+        potential = text[text.index("V = ") + 4 :].partition("\n")[0]
+        text = text.replace(f"    V = {potential}\n", "\n").replace("- V", f"- ({potential})")
+    else:
+        text = text.replace("model()", f"model({argument})")
     file = tmp_path / "mine.py"
     file.write_text(text, encoding="utf-8")
     change = try_equations(f"{file}:model", arm).change

@@ -112,7 +112,7 @@ def make():
             total += q[0] * back
             held = frames[i][0] @ pull
         turned = np.dot(undo(frames[0][0] @ R), pull)
-        held += R.T @ (R @ back + turn(back) @ R @ back)
+        held += np.hypot(c2, s) * R.T @ (R @ back + turn(back) @ R @ back)
         return held + total * turned + frames[last][0] @ back
 
     parts = weights, moment, spin, sweep, lift, inertia, order, push, mate
@@ -236,6 +236,7 @@ def find_answer(
         ("n / 2", "n // 2", 2),
         ("[0.0, 0.3, c1]", "[s * c2, 0.3, c1]", 2),
         ("k, n = [", "n, k = [", 2),
+        ("np.hypot(c2, s)", "np.hypot(c2, 0.0)", 3),
         ("undo(frames[0][0] @ R)", "frames[0][0] @ R", 4),
         ("frames[last][0] @ back", "back", 4),
         ("R @ back + turn(back) @ R @ back", "R @ back", 5),
