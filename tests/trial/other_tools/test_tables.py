@@ -99,7 +99,7 @@ def test_errors_are_reported_in_the_words_that_functions_get(tmp_path):
 def test_other_units_are_reported(tmp_path):
     in_degrees = tried_changed(lambda v: v | {"force": np.degrees(v["force"])}, tmp_path / "a.csv")
     assert in_degrees.exit_code == 1
-    line = "force: all of it 57.2958 times as large: another unit?"
+    line = "all of force 57.2958 times as large: another unit?"
     assert line in "\n".join(in_degrees.causes)
 
 
