@@ -76,6 +76,8 @@ def test_judged_as_the_functions_are(example, tmp_path):
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, own.any_arm))
     by_table = judge_table(table, file)
     assert (by_table.exit_code, by_table.diagnosis.entries) == (0, ())
+    engines = {finding.right for finding in by_table.agreement.findings}
+    assert rigid or {"pinocchio:gears", "exudyn:tree"} <= engines
     if rigid:
         assert told(by_table) == told(run_trial(table.make_request("yours", own)))
 
@@ -114,6 +116,13 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
     # A thousandth is no rounding of any file.
     off = tried_changed(lambda v: rounded(v | {"force": 1.001 * v["force"]}), tmp_path / "off.csv")
     assert {wrong.place.part for wrong in off.diagnosis.entries} == {"force"}
+
+
+@pytest.mark.usefixtures("asked_once")
+def test_seven_digits_are_fewer_than_a_double_has_and_no_single_precision(tmp_path):
+    cut = np.vectorize(lambda value: float(f"{value:.7g}"))
+    trial = tried_changed(lambda v: {p: cut(a) for p, a in v.items()}, tmp_path / "answers.csv")
+    assert "answers have fewer digits than a double has" in "\n".join(trial.scope)
 
 
 def test_columns_of_coordinates_in_any_order_have_their_own_units(snapshot: SnapshotAssertion):
