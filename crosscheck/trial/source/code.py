@@ -151,10 +151,12 @@ def _is_data(statement: ast.stmt, names: Names) -> bool:
     if not isinstance(statement, ast.Assign):
         return False
     calls = [node.func for node in ast.walk(statement) if isinstance(node, ast.Call)]
-    owners = [ast.unparse(call).partition(".")[0] for call in calls]
+    functions = list(map(ast.unparse, calls))
+    owners = [function.partition(".")[0] for function in functions]
     stored = [node for target in statement.targets for node in ast.walk(target)]
     targets = [node.id for node in stored if isinstance(node, ast.Name)]
-    if not all(getattr(names.get(owner), "__name__", "") in LIBRARIES for owner in owners):
+    is_of_library = (getattr(names.get(owner), "__name__", "") in LIBRARIES for owner in owners)
+    if not all(is_of_library) or any(".random." in function for function in functions):
         return False
     again = dict(names)
     try:
