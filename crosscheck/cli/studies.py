@@ -71,9 +71,9 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
         for column in list_columns(study):
             if "time" in column.dims or column.name == DIVERGED:
                 continue
-            for joint, part in _select_joints(result, column.name):
+            for label, part in _select_joints(result, column.name):
                 defined_values, size = _defined_values(part, column.name), part[column.name].size
-                row = [column.unit, f"{size - defined_values.size:,} of {size:,}"]
+                row = [label, column.unit, f"{size - defined_values.size:,} of {size:,}"]
                 if defined_values.size:
                     median = np.median(defined_values)
                     numbers = defined_values.min(), median, defined_values.max()
@@ -81,7 +81,7 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
                 else:
                     row += [""] * 3
                 row += [_format_engine_difference(part, column.name)] * checked
-                table.add_row(make_printable(column.name) + joint, *map(make_printable, row))
+                table.add_row(*map(make_printable, row))
         console = Console()
         console.width = max(console.width, LEAST_WIDTH)
         console.print(table)
@@ -90,11 +90,11 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
 
 
 def _select_joints(result: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
-    """What stands below a quantity's name and the result; one for each of several joints."""
+    """What stands before a quantity's numbers and the result; one for each of several joints."""
     joints = result[name].sizes.get("joint", 1)
     if joints == 1:
-        return [("", result)]
-    return [(f"\n  joint {joint + 1}", result.isel(joint=joint)) for joint in range(joints)]
+        return [(name, result)]
+    return [(f"{name}, joint {joint + 1}", result.isel(joint=joint)) for joint in range(joints)]
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:
