@@ -130,8 +130,8 @@ def read_record(
     tables = {kind: _build_table(where, columns, kind, joints, slides) for kind in list(UNITS)[1:]}
     angles = tables["theta"]
     if time is None or angles is None:
-        found = {"t": time, **tables}
-        missing = [kind for kind in NOUNS if found[kind] is None]
+        by_kind = {"t": time, **tables}
+        missing = [kind for kind in NOUNS if by_kind[kind] is None]
         names = (_allowed_names(kind, None if kind == "t" else 1, slides)[0] for kind in missing)
         reason = f"has no {' and no '.join(NOUNS[kind] for kind in missing)}; columns must be"
         reason += f" {', '.join(names)}, ..., or a TOML file names them"

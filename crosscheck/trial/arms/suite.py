@@ -121,10 +121,8 @@ def judge_engines(
     Of levels that are equal on the arm one is enough.
     """
     groups = group_equal_levels(problem.case.arm)
-    others = [group[0] for group in groups if level not in group]
-    for each in problem.levels:
-        if each not in (level, *others):
-            continue
+    distinct = {level, *(group[0] for group in groups if level not in group)}
+    for each in (each for each in problem.levels if each in distinct):
         natural, engines = problem.compute_sizes(each), problem.engines(each)
         sizes = {part: make_part_size(natural, part) for part in answers.values}
         by_engine = {

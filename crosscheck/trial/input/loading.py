@@ -363,8 +363,8 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
         if parameter.default is not parameter.empty:
             continue
         if MEANT.get(parameter.name) in ("t", "x", "v", "torque"):
-            asked = {MEANT.get(p.name) for p in parameters if p.default is p.empty}
-            parts = [f"{part}=..." for part, takes in TAKES.items() if asked == {*takes}]
+            arguments = {MEANT.get(p.name) for p in parameters if p.default is p.empty}
+            parts = [f"{part}=..." for part, takes in TAKES.items() if arguments == {*takes}]
             whole = f"Equations({' or '.join(parts) or 'mass_matrix=..., bias=...'})"
             reason = f"takes {parameter.name}, no {names[0]}; hand it over as {whole}"
             raise InputError(where, "", None, reason)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, permutations, product
 
@@ -208,7 +208,7 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
 
 def list_gyroscopic_products(site: Site) -> Texts:
     """A matrix times a vector with its gyroscopic product: I dw + w x (I w)."""
-    is_place = site.is_sum_place(outer=True) or site.is_sum_place(outer=False)
+    is_place = site.is_value and not is_sum(site.parent)
     if is_matrix_product(site.node) and site.kind in (VECTOR, None) and is_place:
         matrix = write_operand(site.node.left)
         names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
@@ -276,7 +276,7 @@ def list_like_statements(site: Site) -> Texts:
     for count in (1, 2):
         for changed in combinations(others, count):
             for exchanged in product(*changed):
-                if not _overlap(*(node for node, _ in exchanged)):
+                if not _overlap([node for node, _ in exchanged]):
                     yield f"{site.text}\n{write_exchanged(site, exchanged)}"
 
 
@@ -288,10 +288,9 @@ def _list_alternatives(site: Site, node: ast.AST) -> Iterator[str]:
             yield other
 
 
-def _overlap(first: ast.AST, second: ast.AST | None = None) -> bool:
-    """Whether one of two parts is in the other."""
-    pairs = () if second is None else ((first, second), (second, first))
-    return any(inner is part for outer, part in pairs for inner in ast.walk(outer))
+def _overlap(nodes: Sequence[ast.AST]) -> bool:
+    """Whether one of some parts is in another."""
+    return any(part in ast.walk(outer) for part, outer in permutations(nodes, 2))
 
 
 def list_further_statements(site: Site, *, adding: bool) -> Texts:

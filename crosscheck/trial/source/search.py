@@ -476,10 +476,8 @@ class EditSearch:
 
     def _describe_edit(self, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
         """The record of an edit, with whether it puts a number of the file where another stood."""
-        described, is_stated = (
-            describe_edit(self.tree, edit, entries),
-            self.answer_keys[0].is_stated,
-        )
+        described = describe_edit(self.tree, edit, entries)
+        is_stated = self.answer_keys[0].is_stated
         try:
             old, new = map(float, (described.removed, described.added))
         except ValueError:  # no numbers
