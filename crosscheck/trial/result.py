@@ -194,7 +194,8 @@ class Trial:
                 yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
         first, *others = diagnosis.explanations or [""]
         if first:
-            yield f"yours are the equations of {self.level} with {first}"
+            level, _ = self.problem.describe_level(diagnosis.level, self.distances)
+            yield f"yours are the equations of {level} with {first}"
         if others:
             yield f"would also be explained by {list_equals(others)}"
         yield from diagnosis.notes

@@ -201,6 +201,6 @@ def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")
     assert (answer.code, answer.err) == (1, "")
     named = "boom: mass = 7.5 kg (file: 7.2 kg)"
-    assert f"yours are the equations of links with {named}\n" in answer.out
+    assert f"yours are the equations of the rigid robot with {named}\n" in answer.out
     missing = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "no.urdf")
     assert_one_line(missing, "no.urdf", "cannot be read")

@@ -48,6 +48,7 @@ from crosscheck.trial.changes.arms.dependence import Perform
 from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.other_coordinates import find_readings
 from crosscheck.trial.changes.arms.segments import build_reference_terms
+from crosscheck.trial.changes.arms.steps import find_changes
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
@@ -169,8 +170,11 @@ class ArmSubject(TrialSubject):
             values = suite.collect_answers(problem, self.results).values
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
+        explanations = list[str]()
+        if wrong_parts and not readings and self._is_a_robots:
+            level, explanations = self._find_changes(level, distances)
         here = self._compare(level)
-        if readings:
+        if readings or explanations:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
             diagnosis = diagnose(here, self._compare_probes(level), self.perform)
@@ -181,13 +185,32 @@ class ArmSubject(TrialSubject):
         return TrialDiagnosis(
             level,
             wrong,
-            () if readings else tuple(describe_entries(wrong)),
-            () if readings else tuple(describe_unexplained(wrong)),
+            () if readings or explanations else tuple(describe_entries(wrong)),
+            () if readings or explanations else tuple(describe_unexplained(wrong)),
+            explanations=tuple(explanations),
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
             left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
         )
+
+    @property
+    def _is_a_robots(self) -> bool:
+        """Whether changes of the arm's robot are looked for: of answers without a source.
+
+        They are those of a rigid arm in a linear map of the joints' angles.
+        """
+        equations, matrix = self.problem.equations, self.problem.frame.matrix
+        has_source = equations.any_arm and equations.table is None
+        return not has_source and self.problem.gearing == "rigid" and matrix is not None
+
+    def _find_changes(
+        self, level: str, distances: Sequence[LevelDistance]
+    ) -> tuple[str, list[str]]:
+        """The level at which one change explains all, and such changes; else the given level."""
+        arms = {each.level: self._compare(each.level) for each in distances}
+        changed, words = find_changes(arms, distances, self._compare_probes)
+        return (changed, words) if words else (level, words)
 
     def _compare(self, level: str) -> EntryComparison:
         return compare_entries(self.problem, level, self.results)

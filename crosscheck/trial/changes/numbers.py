@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -40,6 +41,7 @@ UNITS_OF = {
 TYPED = 2e-5  # relative tolerance of unit factors, which are often typed with five digits
 ROUNDED = 1e-12  # largest inertia about itself of a point mass by rounding, over mass x distance^2
 FAR = 10  # largest distance of a joint or centre, over the longest distance in the file
+PLACE = re.compile(r"\d+")  # of a part, in the path of its number
 Path = tuple[str | int, ...]  # names of fields, numbers of parts, axes of entries
 
 
@@ -108,6 +110,13 @@ class RobotNumber:
         """Factors by which somebody may well have written it."""
         units = (*UNITS, *UNITS_OF.get(self.unit, ())) if self.factor else ()
         return [*USUAL, *units] if self.value else []
+
+    def list_counterparts(self, numbers: Iterable[RobotNumber]) -> list[float]:
+        """Values of the same field of other parts, with which a part's may be exchanged."""
+        if self.factor or not self.unit:
+            return []
+        field = PLACE.sub("", self.path)
+        return [each.value for each in numbers if PLACE.sub("", each.path) == field]
 
     def has_usual_factor(self, value: float, *, above: float = -np.inf) -> bool:
         """Whether a value is the number times a usual factor, of at least so much."""

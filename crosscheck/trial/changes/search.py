@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
-from typing import NamedTuple
+from itertools import islice, product
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
-from crosscheck.trial.judge.entries import PART_TITLES
+from crosscheck.trial.judge.entries import PART_TITLES, LevelDistance
 
 CLOSE = (
     1e-4  # largest residual of a number's effect that is worth a try, over the difference's norm
@@ -51,6 +51,7 @@ MOST_SCREENED = 64  # places of a row, those of the largest differences, at whic
 # Largest second-order effect of a number that counts as linear, over the first-order one.
 LINEAR = 1e-9
 MOST_NAMED = 3  # entries that are named one by one
+MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
 LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 
@@ -60,12 +61,14 @@ class Cause:
     """The cause of a difference, in words that complete `with ...`.
 
     usual: whether the number is 0, has the other sign, is twice or half as large or is another of
-    the file, so that somebody may well have written it. missing: name of a number that is 0.
+    the file, so that somebody may well have written it. missing: name of a number that is 0; path:
+    of the number.
     """
 
     words: str
     usual: bool
     missing: str = ""
+    path: str = ""
 
 
 class StepRows(NamedTuple):
@@ -114,7 +117,7 @@ class CauseSearch(ValueSearch):
             if self._holds(number, value, places):
                 is_left_out = abs(value) < ALIKE * number.step and not number.factor
                 words, usual = self.describe_value(number, value), self.is_usual(number, value)
-                yield number, Cause(words, usual, number.name if is_left_out else "")
+                yield number, Cause(words, usual, number.name * is_left_out, number.path)
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
         """Whether a value explains the difference, by terms computed with the value itself."""
@@ -202,10 +205,11 @@ class CauseSearch(ValueSearch):
         for number, linear, square in zip(numbers, linears[:, few], squares[:, few], strict=True):
             if np.abs(square).max() <= LINEAR * np.abs(linear).max():
                 yield Single("", linear, number=number)
-            for by in number.usual_factors:
-                steps = (by - 1) * number.value / number.step
+            values = [by * number.value for by in number.usual_factors]
+            for value in dict.fromkeys([*values, *number.list_counterparts(numbers)]):
+                steps = (value - number.value) / number.step
                 row = linear * steps + square * steps**2
-                yield Single("", row, number=number, value=by * number.value)
+                yield Single("", row, number=number, value=value)
         for words, names, rows in self.body_rows:
             for name, row in zip(names, rows, strict=True):
                 yield Single(f"{name}: {words}", row[few], row)
@@ -339,6 +343,52 @@ class CauseSearch(ValueSearch):
             if square and (np.abs(wrong - by * total) <= allowed).all():
                 return list(there[pick > 0]), by
         return [], 0.0
+
+
+def find_explanations(
+    searches: Mapping[Any, CauseSearch], distances: Sequence[LevelDistance]
+) -> tuple[Any, list[Cause]]:
+    """The first level at which single changes explain all, and these; else the first, and none.
+
+    Among levels of as many wrong entries one where somebody may well have made the change.
+    """
+    level, single_causes = distances[0].level, list[Cause]()
+    first: int | None = None
+    for each in distances:
+        if first is not None and each.entries > first:
+            break
+        causes = searches[each.level].find_causes()
+        if causes and (first is None or any(cause.usual for cause in causes)):
+            level, single_causes, first = each.level, causes, each.entries
+        if any(cause.usual for cause in causes):
+            break
+    return level, single_causes
+
+
+def find_rarer_explanations(
+    searches: Mapping[Any, CauseSearch], distances: Sequence[LevelDistance]
+) -> tuple[Any, list[Cause]]:
+    """Explain by a term of Kane's sum, two changes or six inertias, at the nearest level.
+
+    Among levels with equally many wrong entries the first is taken.
+    """
+
+    def find_steps(search: CauseSearch) -> list[Cause]:
+        equals = search.find_step_causes([slice(None)])
+        return [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
+
+    def find_inertias(search: CauseSearch) -> list[Cause]:
+        has_inertia = "mass_matrix" in search.problem.parts
+        is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
+        return list(search.find_inertia_causes()) if is_wide else []
+
+    nearest = [each.level for each in distances if each.entries == distances[0].entries]
+    pairs = CauseSearch.find_pair_causes
+    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_steps, pairs, find_inertias]
+    for find, level in product(kinds, nearest):
+        if causes := find(searches[level]):
+            return level, causes
+    return distances[0].level, []
 
 
 def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:

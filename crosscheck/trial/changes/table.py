@@ -33,11 +33,16 @@ MOST_ENTRIES, LEAST_STATES = 600, 3
 
 
 class ChangeTable:
-    """Effect of each change of a robot on its terms at the states, for all levels."""
+    """Effect of each change of a robot on its terms at the states, for all levels.
 
-    def __init__(self, problem: ChangeProblem) -> None:
+    numbers: those that may be wrong, where they are not the robot's own, as those of an arm's file.
+    """
+
+    def __init__(
+        self, problem: ChangeProblem, numbers: Sequence[RobotNumber] | None = None
+    ) -> None:
         self.problem, self.robot, self.states = problem, problem.robot, problem.states
-        self.numbers = list(list_numbers(self.robot))
+        self.numbers = list(list_numbers(self.robot) if numbers is None else numbers)
         count, size = self.states.q.shape
         self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
         # States of steps of Kane's sum, which are many: fewer of large robots.
@@ -71,13 +76,16 @@ class ChangeTable:
         return [each for each in self.numbers if not each.path.startswith(rotors)]
 
     def compute_number_effects(self, level: Level) -> tuple[DynamicsTerms, DynamicsTerms]:
-        """First- and second-order effects (numbers, states, ...) of the numbers of a level."""
+        """First- and second-order effects (numbers, states, ...) of the numbers of a level.
+
+        By steps upwards alone, since an arm's file has no mass and no inertia below zero.
+        """
         numbers = self.select_numbers(level)
-        robots = [each.put(each.value + by * each.step) for by in (1, -1) for each in numbers]
+        robots = [each.put(each.value + by * each.step) for by in (1, 2) for each in numbers]
         changes = self.compute_changes(robots, level)
         pairs = [(term[: len(numbers)], term[len(numbers) :]) for term in changes]
-        linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
-        return DynamicsTerms(*linear), DynamicsTerms(*square)
+        linear = DynamicsTerms(*(2 * once - twice / 2 for once, twice in pairs))
+        return linear, DynamicsTerms(*(twice / 2 - once for once, twice in pairs))
 
     @cached_property
     def part_lists(self) -> list[list[BodyPart]]:

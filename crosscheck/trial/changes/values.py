@@ -6,6 +6,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.changes.numbers import ALIKE, RobotNumber, is_physical, list_equal_numbers
 from crosscheck.trial.changes.problem import ChangeProblem
@@ -20,7 +21,10 @@ class ValueSearch:
 
     def is_possible(self, number: RobotNumber, value: float) -> bool:
         """Whether such a robot is possible, or the value is what omitting or doubling it gives."""
-        robot = number.put(value)
+        try:
+            robot = number.put(value)
+        except InputError:  # an arm's, which is read from a file of such numbers
+            return False
         usual = number.has_usual_factor(value, above=0)
         usual |= value * number.value > 0 and bool(number.describe_unit(value))
         if not (usual or is_physical(robot, self.problem.robot)):

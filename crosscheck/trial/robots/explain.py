@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
-from itertools import islice, product
 
 import numpy as np
 
@@ -17,12 +16,12 @@ from crosscheck.trial.changes.numbers import (
     ALIKE,
 )
 from crosscheck.trial.changes.search import (
-    LEAST_ENTRIES,
-    Cause,
     CauseSearch,
-    ChangeTable,
     describe_causes,
+    find_explanations,
+    find_rarer_explanations,
 )
+from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.judge.entries import (
     PART_TITLES,
@@ -45,7 +44,6 @@ from crosscheck.trial.robots.rows import describe_asymmetry
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "the right value is 0"
-MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
 NO_CAUSE = "no single number, frame or place explains it"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
@@ -67,9 +65,9 @@ def diagnose(
     table = ChangeTable(problem.compare(nearest.level))
     compared = {each.level: problem.compare(each.level) for each in allowed}
     searches = {level: CauseSearch(each, table) for level, each in compared.items()}
-    level, explanations = _find_explanations(searches, allowed)
+    level, explanations = find_explanations(searches, allowed)
     if not explanations and _are_several_wrong(problem, level):
-        level, explanations = _find_rarer_explanations(searches, allowed)
+        level, explanations = find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
@@ -154,52 +152,6 @@ def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
     words = tuple(dict.fromkeys(each.described for each in readings))
     explanations = tuple(causes)
     return TrialDiagnosis(level, tuple(entries), explanations=explanations, readings=words)
-
-
-def _find_explanations(
-    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
-) -> tuple[Level, list[Cause]]:
-    """The first level at which single changes explain all, and these; else the first, and none.
-
-    Among levels of as many wrong entries one where somebody may well have made the change.
-    """
-    level, single_causes = distances[0].level, list[Cause]()
-    first: int | None = None
-    for each in distances:
-        if first is not None and each.entries > first:
-            break
-        causes = searches[each.level].find_causes()
-        if causes and (first is None or any(cause.usual for cause in causes)):
-            level, single_causes, first = each.level, causes, each.entries
-        if any(cause.usual for cause in causes):
-            break
-    return level, single_causes
-
-
-def _find_rarer_explanations(
-    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
-) -> tuple[Level, list[Cause]]:
-    """Explain by a term of Kane's sum, two changes or six inertias, at the nearest level.
-
-    Among levels with equally many wrong entries the first is taken.
-    """
-
-    def find_steps(search: CauseSearch) -> list[Cause]:
-        equals = search.find_step_causes([slice(None)])
-        return [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
-
-    def find_inertias(search: CauseSearch) -> list[Cause]:
-        has_inertia = "mass_matrix" in search.problem.parts
-        is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
-        return list(search.find_inertia_causes()) if is_wide else []
-
-    nearest = [each.level for each in distances if each.entries == distances[0].entries]
-    pairs = CauseSearch.find_pair_causes
-    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_steps, pairs, find_inertias]
-    for find, level in product(kinds, nearest):
-        if causes := find(searches[level]):
-            return level, causes
-    return distances[0].level, []
 
 
 def _select_levels(

@@ -14,11 +14,12 @@ import pytest
 from scipy.io import loadmat
 from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.report.trials.output import format_trial_json
 from crosscheck.trial.arms import subject as trial_module
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.tables.state_requests import (
@@ -32,7 +33,7 @@ from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
 from tests.tool.test_bad_input import assert_one_line
 from tests.trial.other_tools.tables import answers, bound, judge_table, sheets_of, write_csv
-from tests.trial.test_dependence import UNLIKE, arm_of
+from tests.trial.test_dependence import UNLIKE, G, arm_of, bodies_of, pendulum
 from tests.trial.test_gravity import SecondForgotten, TwoLinks, WithForce
 
 ROOT = Path(__file__).parents[3]
@@ -212,6 +213,52 @@ def test_gravity_is_answered_apart_from_the_force(source, tmp_path):
     assert by_table.exit_code == (source is SecondForgotten)
     wrong = [(each.place.part, each.place.row) for each in by_table.diagnosis.entries]
     assert wrong == [("gravity", 1)] * (source is SecondForgotten)
+
+
+def in_letters(arm: Arm) -> Equations:
+    """M, bias and gravity of an arm that hangs along x, with its numbers."""
+    own = pendulum(bodies_of(arm), arm.gravity_m_per_s2[0], arm.payload_mass_kg, driven=False)
+    return replace(own, force=None, gravity=lambda q: -own.force(q))
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        pytest.param({"payload": 0.0}, id="no payload"),
+        pytest.param({"payload": 0.44}, id="another payload"),
+        pytest.param({"g": 9.18}, id="digits of g exchanged"),
+        pytest.param(
+            {"first": (0.9, 0.5, 0.23, 0.03), "second": (1.3, 0.4, 0.17, 0.012)},
+            id="masses exchanged",
+        ),
+        pytest.param({"second": (0.9, 0.4, 0.18, 0.012)}, id="another centre"),
+    ],
+)
+def test_another_number_of_the_file_explains_a_table(numbers, tmp_path, snapshot):
+    """One number, or two that are exchanged, at every state of M, bias and gravity."""
+    first, second = UNLIKE
+    arm = arm_of(first, second, payload=0.4)
+    bodies = numbers.get("first", first), numbers.get("second", second)
+    other = arm_of(*bodies, payload=numbers.get("payload", 0.4))
+    other = other.model_copy(update={"gravity_m_per_s2": (numbers.get("g", G), 0.0)})
+    table = TableTrial(arm, quick=True)
+    file = write_csv(tmp_path / "answers.csv", sheets_of(table, in_letters(other), False))
+    assert judge_table(table, file).causes == snapshot
+
+
+def test_a_term_at_another_product_of_rates_is_named(tmp_path):
+    arm = arm_of(*UNLIKE)
+    right = in_letters(arm)
+
+    def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        first, second = right.bias(q, v)
+        return np.array([first, second * v[1] / v[0] if v[0] else 0.0])
+
+    table = TableTrial(arm, quick=True)
+    file = write_csv(tmp_path / "a.csv", sheets_of(table, replace(right, bias=bias), False))
+    words = "yours has theta_1' theta_2' where theta_1'^2 belongs"
+    wrong = judge_table(table, file).diagnosis.entries
+    assert [each.notes for each in wrong] == [(words,), (words,)]
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "sliding"])

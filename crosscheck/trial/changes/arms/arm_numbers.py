@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from functools import cache, partial
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.trial.changes.numbers import Path, get_value, put_value
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.planar import build_planar_robot
+from crosscheck.models.robot.robot import Robot
+from crosscheck.schema import describe_fields
+from crosscheck.trial.changes.numbers import Path, RobotNumber, get_value, put_value
+from crosscheck.trial.input.arm_symbols import SYMBOL_OF_FIELD
 
 Powers = Mapping[str, int]  # of numbers, by their names
 # What a number that is 0 becomes where an arm has to have it: it may be left out of equations.
@@ -61,6 +69,40 @@ def replace_numbers(arm: Arm, numbers: Mapping[str, float]) -> Arm:
     for name, value in numbers.items():
         changed = put_value(changed, _find_path(name), value)
     return Arm.model_validate(changed.model_dump()) if numbers else arm
+
+
+def list_robot_numbers(arm: Arm, *, has_gears: bool) -> Iterator[RobotNumber]:
+    """The numbers of an arm by their symbols, each of which makes another robot of the arm.
+
+    Those are left out of which no arm has three times as much, as of an angle of pressure.
+    has_gears: whether the robot has them; else it is links and payload alone.
+    """
+
+    @cache
+    def build_robot(path: Path, value: float) -> Robot:
+        return build_planar_robot(put_value(arm, path, value), has_gears=has_gears)
+
+    for name in list_number_names(arm):
+        path, value = _find_path(name), get_number(arm, name)
+        record: Data = arm if len(path) < 3 else get_value(arm, path[:2])
+        field = next(each for each in describe_fields(type(record)) if each.name in path)
+        size = abs(value) or nonzero_substitute(arm, name)
+        if size and not field.name.startswith("friction"):  # which no part but force has
+            put = partial(build_robot, path)
+            with suppress(InputError):
+                put(value + 2 * size)
+                yield RobotNumber(name, _find_symbol(path), field.unit, value, size, put)
+
+
+def _find_symbol(path: Path) -> str:
+    """The symbol of the number at a path; its field's name where it has none."""
+    if path[0] == "gravity_m_per_s2":
+        return ("g_x", "g_y")[int(path[1])]
+    symbol = SYMBOL_OF_FIELD.get(str(path[-1]), "")
+    if len(path) < 3:
+        return symbol
+    place = int(path[1]) + 1
+    return f"{symbol}{place}" if symbol else f"{path[-1]} of {str(path[0])[:-1]} {place}"
 
 
 def scale_by_powers(value: float, powers: Powers, factor: Callable[[str], float]) -> float:

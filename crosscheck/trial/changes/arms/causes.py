@@ -85,10 +85,15 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
         return wrong
     if place.rates is not None and arm.is_caused_by_mass(place):
         return replace(wrong, notes=(FOLLOWS,))
+    if place.rates is not None and (rates := arm.find_exchanged_rates(place)):
+        right, yours = (entries.format_rates(each, arm.problem.names) for each in rates)
+        return replace(wrong, notes=(f"yours has {yours} where {right} belongs",))
     waves = arm.fit_waves(place)
     arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
     target = make_entry_target(arms, place)
     sets = search_changes(target, _list_whole_weights(arms, place, target))
+    if len(arms) == 1:  # whose numbers are met by many pairs
+        sets = [changes for changes in sets if len(changes) == 1]
     if not sets and place.part == "force" and waves is None:
         target = make_entry_target(arms[:1], place)
         sets = search_changes(target, _list_law_changes(arm, place, target))

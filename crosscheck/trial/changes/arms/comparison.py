@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -40,6 +41,7 @@ BY_ENTRY = {
     "gravity": "gravity",
     "force": "force",
 }
+Rates = tuple[int, int]
 Perform = Callable[[Sequence[ModelTask]], Results]
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -190,6 +192,26 @@ class EntryComparison:
         difference, _ = self.difference(place)
         allowed = FOLLOWS * np.abs(difference).max() + self.noise(place)
         return bool(made) and bool(np.abs(difference - sum(made)).max() <= allowed)
+
+    def find_exchanged_rates(self, place: EntryPlace) -> tuple[Rates, Rates] | None:
+        """The product of rates whose term stands at another product of a row, and that one.
+
+        None unless an entry of the bias lacks what another one of its row has too much.
+        """
+        yours, right = (
+            each["rate_terms"][:, place.row] for each in (self.user_values, self.reference_values)
+        )
+        there = place.rates or (0, 0)
+        size = self.sizes.entry_sizes("rate_terms")[place.row]
+        allowed = self.sizes.tolerance("rate_terms") * size
+        off = yours - right
+        for other in combinations_with_replacement(range(len(size)), 2):
+            if other != there and (np.abs(off[:, *other] + off[:, *there]) <= allowed[there]).all():
+                for lacks, has in ((there, other), (other, there)):
+                    is_moved = np.abs(yours[:, *lacks]).max() <= allowed[lacks]
+                    if is_moved and np.abs(right[:, *has]).max() <= allowed[has]:
+                        return lacks, has
+        return None
 
 
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:

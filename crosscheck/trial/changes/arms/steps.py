@@ -1,21 +1,24 @@
-"""Steps of an arm's derivation done otherwise, by the search that finds those of robots."""
+"""Changes of an arm and of its derivation, by the search that finds those of robots."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
+from crosscheck.trial.changes.arms.arm_numbers import list_robot_numbers
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.kane import FACTORS
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ChangeProblem
-from crosscheck.trial.changes.search import CauseSearch
-from crosscheck.trial.judge.entries import PART_TITLES, Part, Term, TermError
+from crosscheck.trial.changes.search import CauseSearch, find_explanations
+from crosscheck.trial.changes.table import ChangeTable
+from crosscheck.trial.judge.entries import PART_TITLES, PARTS, LevelDistance, Part, Term, TermError
 
 UNITS = {  # of whole parts
     by**power: f"{by**power:.6g} times as large: another unit?"
@@ -47,17 +50,54 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
     if part == "acceleration" and len(frame.names) > len(frame.layout.theta):
         return []  # what gears weigh is none of the robot's
     for number, arm in enumerate(arms):
-        there = [w for w in find(build_change_problem(arm, part)) if not OUT_OF_PLANE.search(w)]
+        problem = build_change_problem(arm, [part])
+        there = [words for words in find(problem) if not OUT_OF_PLANE.search(words)]
         words = [each for each in words if each in there] if number else there
         if not words:
             break
-    words = list(dict.fromkeys(words))
-    described = [NUMBERED.sub(r"\1 \2", each) for each in words[:MOST_MATCHES]]
+    described = map(_name_by_number, list(dict.fromkeys(words))[:MOST_MATCHES])
     return [TermError("swapped", Term(""), each) for each in described]
 
 
-def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
-    """The differences of a part at some states, as changes of the arm's robot must make them.
+def find_changes(
+    arms: Mapping[str, EntryComparison],
+    distances: Sequence[LevelDistance],
+    compare_probes: Callable[[str], Sequence[EntryComparison]],
+) -> tuple[str, list[str]]:
+    """The level of an arm at which one change explains all that is wrong, and such changes.
+
+    Else two that somebody may well have made, if there are no other arms.
+
+    arms: the comparison with each level that may be meant; distances: theirs, the nearest first;
+    compare_probes: the comparisons of other arms with a level, which the change must explain too.
+    """
+    searches = {level: _search_numbers(arm) for level, arm in arms.items()}
+    level, causes = find_explanations(searches, distances)
+    causes = [each for each in causes if each.path] or causes  # not left out twice, as 0 and as so
+    probes = compare_probes(level)
+    if not (causes or probes):
+        causes = [each for each in searches[level].find_pair_causes() if each.usual]
+    for probe in probes if causes else ():
+        there = {each.path or each.words for each in _search_numbers(probe).find_causes()}
+        causes = [each for each in causes if (each.path or each.words) in there]
+    described = (each.words for each in causes if not OUT_OF_PLANE.search(each.words))
+    return level, list(map(_name_by_number, described))
+
+
+def _search_numbers(arm: EntryComparison) -> CauseSearch:
+    """The search among the numbers of an arm's file and what its robot may be taken for."""
+    problem = build_change_problem(arm, [PARTS[each] for each in arm.user_values])
+    numbers = list_robot_numbers(arm.problem.case.arm, has_gears=arm.level != "links")
+    return CauseSearch(problem, ChangeTable(problem, list(numbers)))
+
+
+def _name_by_number(words: str) -> str:
+    """Words on links and joints by their numbers, not by their names in the arm's robot."""
+    return NUMBERED.sub(r"\1 \2", words)
+
+
+def build_change_problem(arm: EntryComparison, parts: Sequence[Part]) -> ChangeProblem:
+    """The differences of parts at some states, as changes of the arm's robot must make them.
 
     A geared arm has the bodies of one whose gears are dead weight, for its others only spin.
     Friction is taken from the torques.
@@ -65,26 +105,38 @@ def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
     robot, level = build_level_robots(arm.problem.case.arm)[arm.level or "carriers"]
     matrix, theta = arm.frame.matrix, arm.frame.layout.theta
     assert matrix is not None  # else there are no terms
-    few, quantity = slice(STATES), QUANTITIES[part]
-    u, sizes = arm.rates[few], arm.sizes.entry_sizes(quantity)
-    values = [each[quantity][few] for each in (arm.user_values, arm.reference_values)]
-    if part == "bias":
-        values = [np.einsum("sijk,sj,sk->si", each, u, u) for each in values]
-        sizes = np.einsum("ijk,sj,sk->si", sizes, np.abs(u), np.abs(u))
-    sizes = np.where(sizes > 0, sizes, 1.0) + np.zeros_like(values[0])
+    few, u = slice(STATES), arm.rates[:STATES]
     v, still = u @ matrix[theta].T, np.zeros_like(arm.angles[few])
-    torques = still
-    if part == "acceleration":
-        torques = arm.force_states.torque[few] - v * robot.friction
-        sizes = arm.sizes.force + np.zeros_like(v @ matrix[theta])  # of the balance
+    values, right, sizes = dict[str, Any](), dict[str, Any](), dict[str, Any]()
+    for part in parts:
+        quantity = QUANTITIES[part]
+        size = arm.sizes.entry_sizes(quantity)
+        values[part], right[part] = (
+            each[quantity][few] for each in (arm.user_values, arm.reference_values)
+        )
+        if part == "bias":
+            for terms in (values, right):
+                terms[part] = np.einsum("sijk,sj,sk->si", terms[part], u, u)
+            size = np.einsum("ijk,sj,sk->si", size, np.abs(u), np.abs(u))
+        elif part == "acceleration":
+            size = arm.sizes.force  # of the balance
+        sizes[part] = np.where(size > 0, size, 1.0) + np.zeros_like(values[part])
+    is_pushed = "acceleration" in parts
     diagonal = np.einsum("sii->si", AnalyticRobot(robot, level).mass_matrix(arm.angles[few]))
+    mass_size = np.sqrt(diagonal[:, :, None] * diagonal[:, None])
     return ChangeProblem(
         robot=robot,
         level=level,
-        states=RandomStates(arm.angles[few], v, still, torques),
-        values={part: values[0]},
-        right={part: values[1]},
-        sizes={"mass_matrix": np.sqrt(diagonal[:, :, None] * diagonal[:, None]), part: sizes},
-        tolerances={part: arm.sizes.tolerance(quantity)},
+        states=RandomStates(
+            arm.angles[few],
+            v,
+            still,
+            arm.force_states.torque[few] - v * robot.friction if is_pushed else still,
+        ),
+        values=values,
+        right=right,
+        sizes={"mass_matrix": mass_size, **sizes},
+        tolerances={part: arm.sizes.tolerance(QUANTITIES[part]) for part in parts},
+        is_driven=arm.problem.has_gravity,
         turns=matrix[theta],
     )
