@@ -77,6 +77,8 @@ class TrialDiagnosis:
         ignored_numbers: Numbers of the file that the equations do not follow, which those
             mechanisms keep.
         left_out: Names of all numbers that the equations do not follow, errors or not.
+        is_nearer_absolute: Whether far fewer entries are wrong if the angles are absolute; then
+            nothing else is looked for.
     """
 
     level: Any
@@ -88,6 +90,7 @@ class TrialDiagnosis:
     hidden: tuple[EntryMismatch, ...] = ()
     ignored_numbers: tuple[IgnoredNumber, ...] = ()
     left_out: tuple[str, ...] = ()
+    is_nearer_absolute: bool = False
 
 
 @dataclass(frozen=True, repr=False)

@@ -25,7 +25,7 @@ from crosscheck.report.formatting import list_first
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.trial.input.arrays import is_single_precision
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge.checks import AnswerSet, find_idle_motors, judge_answers
 from crosscheck.trial.judge.entries import LevelDistance
 from crosscheck.trial.request import TrialRequest
@@ -34,6 +34,7 @@ from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.worker import SearchScope, find_source_answer
 
+STATED = 'coordinates=Coordinates(links="absolute")'  # of absolute angles
 MOST_UNUSED = 3  # functions beside the parts that are named
 RunTrial = Callable[[TrialRequest], Trial]
 _trial_lock = threading.Lock()
@@ -136,7 +137,15 @@ def _run_once(
 ) -> Trial:
     # Answers may be as large as numbers get: what overflows, or is divided by 0, fits nothing.
     with subjects.ask(request, progress) as subject, np.errstate(all="ignore"):
-        return _judge_subject(subject, request)
+        trial = _judge_subject(subject, request)
+    if not trial.diagnosis.is_nearer_absolute:
+        return trial
+    equations = replace(request.equations, coordinates=Coordinates(links="absolute"))
+    again = _run_once(subjects, progress, replace(request, equations=equations))
+    relative, absolute = (len(each.diagnosis.entries) for each in (trial, again))
+    entries = "1 entry is" if absolute == 1 else f"{absolute} entries are"
+    note = f"judged in absolute angles, in which {entries} wrong, not {relative}: state {STATED}"
+    return replace(again, notes=(note, *again.notes))
 
 
 def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:

@@ -46,7 +46,7 @@ from crosscheck.trial.changes.arms.comparison import (
 )
 from crosscheck.trial.changes.arms.dependence import Perform
 from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
-from crosscheck.trial.changes.arms.other_coordinates import find_readings
+from crosscheck.trial.changes.arms.other_coordinates import find_readings, is_nearer_absolute
 from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.steps import find_changes
 from crosscheck.trial.changes.arms.waves import minimum_state_count
@@ -166,14 +166,19 @@ class ArmSubject(TrialSubject):
         here = self._compare(level)
         wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
         reading_level, readings = "", list[Reading]()
+        values = suite.collect_answers(problem, self.results).values if wrong_parts else {}
         if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-            values = suite.collect_answers(problem, self.results).values
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
         explanations = list[str]()
         if wrong_parts and not readings and self._is_a_robots:
             level, explanations = self._find_changes(level, distances)
         here = self._compare(level)
+        is_explained = bool(readings or explanations) or not level
+        is_open = wrong_parts and not is_explained and problem.equations.has_open_angles
+        if is_open and is_nearer_absolute(problem, values, level):
+            entries = [name_entry(each, problem.names) for each in here.wrong_entries]
+            return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
         if readings or explanations:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:

@@ -178,6 +178,12 @@ class Equations:
             if any(now is not then for now, then in zip(functions, before[1:], strict=False)):
                 object.__setattr__(self, "find_code", None)
 
+    @property
+    def has_open_angles(self) -> bool:
+        """Whether functions state nothing about their coordinates, which are read as relative."""
+        is_code = self.table is None and self.symbolic is None
+        return is_code and self.coordinates == Coordinates()
+
     def adapt_to_arm(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
         if self.rebuild is None:

@@ -100,7 +100,9 @@ def _make_answer_key(
 
     def bind(source: Any) -> Answer:
         made = build_robot_equations(source, robot, None, problem.name)
-        made = replace(made, drive=problem.equations.drive)
+        given = problem.equations
+        coordinates = given.coordinates if made.has_open_angles else made.coordinates
+        made = replace(made, drive=given.drive, coordinates=coordinates)
         calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
         frame = read_frame(made.coordinates, problem.robot, problem.name)
         calls = calls if frame is None else map_calls(calls, frame, problem.name)

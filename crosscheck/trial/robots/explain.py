@@ -39,7 +39,11 @@ from crosscheck.trial.robots.judge import (
     select_entry,
 )
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
-from crosscheck.trial.robots.readings import find_readings
+from crosscheck.trial.robots.readings import (
+    describe_coordinates,
+    find_readings,
+    is_nearer_absolute,
+)
 from crosscheck.trial.robots.rows import describe_asymmetry
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
@@ -69,6 +73,12 @@ def diagnose(
     if not explanations and _are_several_wrong(problem, level):
         level, explanations = find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
+    if (
+        not explanations
+        and problem.equations.has_open_angles
+        and _is_nearer_absolute(problem, level)
+    ):
+        return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
@@ -176,6 +186,13 @@ def _select_levels(
     if not alone or ("mass_matrix" in wrong and nearest.entries > 1):
         return list(distances)
     return [each for each in distances if each.entries == nearest.entries]
+
+
+def _is_nearer_absolute(problem: RobotProblem, level: Level) -> bool:
+    """Whether far fewer entries are wrong if angles, of which nothing is stated, are absolute."""
+    joints, tolerance = describe_coordinates(problem.robot), problem.sizes[level].tolerance
+    is_open = problem.equations.has_open_angles
+    return is_open and is_nearer_absolute(problem, level, joints, tolerance)
 
 
 def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:

@@ -62,30 +62,41 @@ def select_readings(
     """The readings in which all parts agree with a level; tolerance: of a part's entries."""
     model = AnalyticRobot(problem.robot, level)
     likely = _screen(readings, model, problem) if readings else []
-    return [each for each in likely if _agrees(each, model, problem, tolerance)]
+    return [each for each in likely if not _count_wrong(each, model, problem, tolerance)]
 
 
-def _agrees(
+def is_nearer_absolute(
+    problem: RobotProblem, level: Level, joints: JointCoordinates, tolerance: Callable[[str], float]
+) -> bool:
+    """Whether at most half as many entries are wrong if the coordinates are absolute angles."""
+    model, still = AnalyticRobot(problem.robot, level), np.zeros(joints.size)
+    unit = np.eye(joints.size)
+    relative = Reading("relative", "relative angles", unit, unit, unit, still)
+    absolute = [each for each in list_readings(joints) if each.kind == "absolute"]
+    counts = [_count_wrong(each, model, problem, tolerance) for each in (relative, *absolute)]
+    return len(counts) > 1 and 2 * counts[1] <= counts[0]
+
+
+def _count_wrong(
     reading: Reading,
     model: AnalyticRobot,
     problem: RobotProblem,
     tolerance: Callable[[str], float],
-) -> bool:
-    """Whether all parts agree by a tolerance, each row relative to the reading's M."""
-    user_values = problem.answers.values
+) -> int:
+    """Number of entries that differ by more than a tolerance, relative to the reading's M."""
+    user_values, counts = problem.answers.values, list[int]()
     for values in _generate_values([reading], model, problem.states, problem):
         mass = values.pop(MASS)[0]
-        root = np.sqrt(np.abs(np.einsum("sii->si", mass)))
-        agrees = True
+        root, count = np.sqrt(np.abs(np.einsum("sii->si", mass))), 0
         for part, each in values.items():
             scale = root[..., None] * root[:, None] if part == "mass_matrix" else root
             scale = 1 / scale if part == "acceleration" else scale
             right, wrong = each[0] / scale, (user_values[part] - each[0]) / scale
             largest = np.abs(right).max() if part != "mass_matrix" else 1.0
-            agrees &= bool((np.abs(wrong) <= tolerance(part) * largest).all())
-        if agrees:
-            return True
-    return False
+            within = (np.abs(wrong) <= tolerance(part) * largest).all(axis=0)
+            count += int(np.count_nonzero(~within))
+        counts.append(count)
+    return min(counts)
 
 
 def _screen(

@@ -374,11 +374,12 @@ def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
 
 def find_kind(value: Any) -> Kind | None:
     """The kind of a value; None of one that no other stands for."""
-    if hasattr(value, "free_symbols") and not hasattr(value, "shape"):
+    if hasattr(type(value), "free_symbols") and not hasattr(value, "shape"):
         return NUMBER  # sympy's symbols can be called
     if isinstance(value, bool | str | bytes) or value is None or callable(value):
         return None
-    shape = getattr(value, "shape", None)
+    # Attributes are those of its type: pytest.mark ends a test where another one is asked for.
+    shape = getattr(value, "shape", None) if hasattr(type(value), "shape") else None
     if isinstance(shape, tuple) and shape:
         return ("array", *shape)
     if isinstance(shape, tuple) and isinstance(value, np.ndarray):

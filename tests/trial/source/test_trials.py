@@ -52,6 +52,23 @@ def model(arm):
 """
     + textwrap.indent(LITERAL[LITERAL.index("def mass") :].replace("model = ", "return "), "    ")
 )
+ABSOLUTE = """
+import numpy as np
+from crosscheck import Equations
+
+l1, c1, c2 = 0.6, 0.25, 0.2
+m1, m2, J1, J2 = 4.0, 2.5, 0.1, 0.06
+
+def mass_matrix(q):
+    m12 = m2 * c2 * l1 * np.cos(q[0] - q[1])
+    return np.array([[J1 + m1 * c1**2 + m2 * l1**2, m12], [m12, J2 + m2 * c2**2]])
+
+def bias(q, v):
+    h = m2 * c2 * l1 * np.sin(q[0] - q[1])
+    return np.array([h * v[1] ** 2, -h * v[0] ** 2])
+
+model = Equations(mass_matrix=mass_matrix, bias=bias)
+"""
 SQUARE = "v[1] ** 2)", "v[1])"
 
 
@@ -133,18 +150,25 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
     assert trial.change is None
 
 
-def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
-    model = write_model(tmp_path, LITERAL, ("2 * m12", "m12"))
+@pytest.mark.parametrize(
+    ("text", "slip"),
+    [(LITERAL, ("2 * m12", "m12")), (ABSOLUTE, ("J2 + m2 * c2**2", "J2 + m2 * c2"))],
+    ids=["relative angles", "absolute angles that are not stated"],
+)
+def test_an_arm_and_a_robot_have_the_same_answer(text, slip, tmp_path, arm):
+    model = write_model(tmp_path, text, slip)
     urdf = tmp_path / "robot.urdf"
     (tmp_path / "arm.toml").write_text(format_arm_toml(arm), encoding="utf-8")
     export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
     robot = load_robot(str(urdf.with_suffix(".toml")))
-    answers = [try_equations(model, machine).change for machine in (arm, robot)]
+    trials = [try_equations(model, machine) for machine in (arm, robot)]
     of_arm, of_robot = (
-        [(each.line, each.old, each.new) for each in answer.edits] for answer in answers
+        [(each.line, each.old, each.new) for each in trial.change.edits] for trial in trials
     )
     assert of_arm == of_robot
-    assert [line for line, *_ in of_arm] == [find_line(LITERAL, "2 * m12")]
+    assert [line for line, *_ in of_arm] == [find_line(text, slip[0])]
+    is_absolute = ["judged in absolute angles" in "".join(trial.notes) for trial in trials]
+    assert is_absolute == [text is ABSOLUTE] * 2
 
 
 def test_numbers_that_are_in_the_code_are_said_to_be(tmp_path, arm):

@@ -39,11 +39,10 @@ def find_readings(
     # A tenth of a second, for equations that are wrong.
     from crosscheck.trial.robots.readings import describe_coordinates, select_readings
 
-    few = {part: values[:STATES] for part, values in user_values.items()}
     robots = build_level_robots(arm)
 
     def select(robot: Robot, level: Level, readings: Sequence[Reading]) -> list[Reading]:
-        robot_problem = _build_robot_problem(problem, few, robot, level)
+        robot_problem = _build_robot_problem(problem, user_values, robot, level)
         return select_readings(robot_problem, level, readings, lambda part: FITS)
 
     size = len(arm.joints)
@@ -72,6 +71,18 @@ def find_readings(
     return "", []
 
 
+def is_nearer_absolute(
+    problem: VerificationProblem, user_values: Mapping[str, np.ndarray], level: str
+) -> bool:
+    """Whether far fewer entries are wrong if the joint angles of a rigid arm are absolute."""
+    from crosscheck.trial.robots import readings
+
+    robot, robot_level = build_level_robots(problem.case.arm)[level]
+    robot_problem = _build_robot_problem(problem, user_values, robot, robot_level)
+    joints = readings.describe_coordinates(robot)
+    return readings.is_nearer_absolute(robot_problem, robot_level, joints, lambda part: FITS)
+
+
 def _build_robot_problem(
     problem: VerificationProblem, user_values: Mapping[str, np.ndarray], robot: Robot, level: Level
 ) -> RobotProblem:
@@ -81,9 +92,8 @@ def _build_robot_problem(
 
     states = problem.states[:STATES]
     x, u, torques = (np.array([s[place] for s in states]) for place in (1, 2, 5))
-    answers = RobotAnswers(
-        user_values, {}, {}, None, {}, weightless=False, driven=problem.has_gravity
-    )
+    few = {part: values[:STATES] for part, values in user_values.items()}
+    answers = RobotAnswers(few, {}, {}, None, {}, weightless=False, driven=problem.has_gravity)
     asked = RandomStates(x, u, 0 * x, torques)
     return RobotProblem(problem.name, robot, asked, {}, answers, level)
 
