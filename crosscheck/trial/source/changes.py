@@ -75,11 +75,23 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
     is_object = is_object and site.name == "value"
     if not site.is_leaf and not is_object:
         return
-    text = site.text
+    text, opposed = site.text, _write_opposed(site)
     for other, kind in site.scope.list_leaves(written=written):
-        is_other = other != text and site.can_be(kind) and (other.isidentifier() or not is_object)
+        is_other = other not in (text, opposed) and site.can_be(kind)
+        is_other = is_other and (other.isidentifier() or not is_object)
         if is_other and near == _is_near(text, other, kind):
             yield other
+
+
+def _write_opposed(site: Site) -> str:
+    """The text beside which the same once more is nothing, as in a - a or a x a; '' of none."""
+    above: list[ast.expr] = []
+    if isinstance(site.parent, ast.BinOp) and isinstance(site.parent.op, ast.Sub):
+        above = [site.parent.left, site.parent.right]
+    elif isinstance(site.parent, ast.Call) and ast.unparse(site.parent.func).endswith("cross"):
+        above = site.parent.args
+    others = [each for each in above if each is not site.node]
+    return ast.unparse(others[0]) if len(others) == 1 else ""
 
 
 @cache

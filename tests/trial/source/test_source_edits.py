@@ -424,6 +424,13 @@ def test_edits_of_matrices_and_vectors_are_found(tmp_path, right, wrong):
     assert answer.edits[0].line == MATRICES[: MATRICES.index(right)].count("\n") + 1
 
 
+def test_no_product_of_a_vector_by_itself_stands_for_nothing(tmp_path):
+    answer = search(tmp_path, MATRICES, ("np.cross(u, w)", "np.cross(u, w) + np.cross(u, w)"))
+    assert answer.is_whole
+    written = [each.new for each in (*answer.edits, *answer.alternatives)]
+    assert not any(re.search(r"cross\((\w+), \1\)", each) for each in written), written
+
+
 @pytest.mark.parametrize("stated", [(), (1.7,)])
 def test_numbers_of_the_file_are_not_solved_for(tmp_path, stated):
     """Else another number would make up for a term that is lost."""
