@@ -10,7 +10,6 @@ from math import pi
 import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csr_array, diags_array, eye_array
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data, torques_along
@@ -47,7 +46,7 @@ class Block:
     """
 
     time: np.ndarray
-    bases: tuple[csr_array, csr_array]
+    bases: tuple[np.ndarray, np.ndarray]
     gram: np.ndarray
     position: np.ndarray
     rates: np.ndarray
@@ -69,8 +68,9 @@ def smooth_record(record: Record, torques: np.ndarray, spacing: int, most: int) 
         rows_in = slice(*pairs[place])
         time, positions, given = (each[rows_in] for each in (record.time, record.position, torques))
         places = place_knots(time, spacing)
-        bases = _basis(time, places, 0), _basis(time, places, 1)
-        gram = (bases[0].T @ bases[0]).toarray()
+        splines = BSpline(places, np.eye(len(places) - DEGREE - 1), DEGREE)
+        bases = splines(time), splines(time, nu=1)
+        gram = bases[0].T @ bases[0]
         factored, free = cho_factor(gram), time.size - len(gram)
         noise = []
         for signal in (positions, given):
@@ -156,14 +156,3 @@ def place_knots(time: np.ndarray, spacing: int) -> np.ndarray:
     places = np.linspace(0, time.size - 1, count + 1)
     inner = np.interp(places, np.arange(time.size), time)
     return np.concatenate([np.repeat(inner[0], DEGREE), inner, np.repeat(inner[-1], DEGREE)])
-
-
-def _basis(time: np.ndarray, knots: np.ndarray, derivative: int) -> csr_array:
-    """Derivatives of the B-splines at these times (times, size): splines of a lower degree."""
-    steps = eye_array(knots.size - DEGREE - 1, format="csr")
-    for degree in range(DEGREE, DEGREE - derivative, -1):
-        spans = knots[degree + 1 : -1] - knots[1 : -degree - 1]
-        steps = diags_array(degree / spans) @ (steps[1:] - steps[:-1])
-        knots = knots[1:-1]
-    design = csr_array(BSpline.design_matrix(time, knots, DEGREE - derivative))
-    return design @ steps if derivative else design
