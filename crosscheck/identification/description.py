@@ -127,9 +127,8 @@ def find_knowledge(description: RecordDescription, robot: Robot, where: Path) ->
     prior, unknown = description.prior, frozenset(description.estimate)
     held = [files.payload for files in description.recordings]
     payloads = tuple(_compute_payload(each, robot, where) for each in held) if any(held) else ()
-    if prior is None:
-        return Knowledge(unknown=unknown, payloads=payloads)
-    return Knowledge(prior.links, unknown, prior.bodies == "possible", payloads)
+    links, are_possible = (prior.links, prior.bodies == "possible") if prior else (None, False)
+    return Knowledge(links, unknown, are_possible, payloads)
 
 
 def _compute_payload(payload: Payload | None, robot: Robot, where: Path) -> np.ndarray:

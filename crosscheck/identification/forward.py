@@ -106,11 +106,9 @@ def _run_window(
     rng = np.random.default_rng(0)
 
     cases = [(base, start, torques)]
-    for joint in range(joints):
-        for part in range(2):
-            moved = [each.copy() for each in start]
-            moved[part][joint] += of_start[part][joint]
-            cases.append((base, (moved[0], moved[1]), torques))
+    for way in np.eye(joints):
+        cases.append((base, (start[0] + way * of_start[0], start[1]), torques))
+        cases.append((base, (start[0], start[1] + way * of_start[1]), torques))
     cases += [
         (base, start, torques + block.torque_noise * rng.normal(size=torques.shape))
         for _ in range(DRAWS)

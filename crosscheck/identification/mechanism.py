@@ -41,14 +41,16 @@ UNITS = {
     "friction_N_m_s_per_rad": "N m s/rad",
 }
 STAGE_UNITS = ("equivalent_mass_kg", "inertia_kg_m2")
+AXES = tuple(enumerate("xyz"))
 # Numbers of a link: path's end, phrase, unit, and where its body has it.
-LINK_NUMBERS: list[tuple[str, str, str, str, tuple[int, ...]]]
-LINK_NUMBERS = [("mass_kg", "mass of {}", "kg", "mass", ())]
-for i, a in enumerate("xyz"):
-    LINK_NUMBERS.append((f"com_m.{a}", f"centre of mass of {{}} along {a}", "m", "com", (i,)))
-for (i, a), (j, b) in combinations_with_replacement(enumerate("xyz"), 2):
-    phrase = f"inertia I{a}{b} of {{}}"
-    LINK_NUMBERS.append((f"inertia_kg_m2.{a}{b}", phrase, "kg m^2", "inertia", (i, j)))
+LINK_NUMBERS: tuple[tuple[str, str, str, str, tuple[int, ...]], ...] = (
+    ("mass_kg", "mass of {}", "kg", "mass", ()),
+    *((f"com_m.{a}", f"centre of mass of {{}} along {a}", "m", "com", (i,)) for i, a in AXES),
+    *(
+        (f"inertia_kg_m2.{a}{b}", f"inertia I{a}{b} of {{}}", "kg m^2", "inertia", (i, j))
+        for (i, a), (j, b) in combinations_with_replacement(AXES, 2)
+    ),
+)
 LIGHTEST = 1e-6  # share of the heaviest body's mass from which on a link counts
 STEP = 2.0**-10  # relative, of a number whose slope is asked; of 0, its own unit
 LEVEL_PHRASES = {
@@ -295,9 +297,8 @@ class SpatialRobot(ComparedMechanism):
         bodies, links = list(robot.bodies), tables["links"]
         for body in changed:
             bodies[body] = merge_bodies(body, list(links.values()), dict(robot.frames))
-        joints, rotors, stages = (tuple(tables[name]) for name in TABLES)
-        bent = replace(robot, joints=joints, rotors=rotors, stages=stages, bodies=tuple(bodies))
-        return SpatialRobot(bent, links)
+        parts: dict[str, Any] = {name: tuple(tables[name]) for name in TABLES}
+        return SpatialRobot(replace(robot, bodies=tuple(bodies), **parts), links)
 
     def turn(self, gravity: np.ndarray) -> SpatialRobot:
         """The robot on another base."""

@@ -222,11 +222,10 @@ class FileFits:
         """The fits of changed numbers with the smallest residual."""
         numbers, columns = [], []
         for parameter in self._mechanism.parameters:
-            if not parameter.is_friction:
-                column = self._compute_column(level, parameter)
-                if column is not None and (column * self._full.shown).any():
-                    numbers.append(parameter)
-                    columns.append(column)
+            column = None if parameter.is_friction else self._compute_column(level, parameter)
+            if column is not None and (column * self._full.shown).any():
+                numbers.append(parameter)
+                columns.append(column)
         if not numbers:
             return
         table = np.stack(columns, axis=2)

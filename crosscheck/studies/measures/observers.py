@@ -135,8 +135,6 @@ class _TrajectoryObserver(_SignalRecorder):
         self.planets = cases[0].planet_counts
 
     def results(self) -> Mapping[str, np.ndarray]:
-        if not self.time:
-            return {}
         return {
             self.prefix + name: np.moveaxis(self.join_signal(name, self.planets), -1, 0)
             for name in self.values
@@ -153,8 +151,6 @@ class _FunctionObserver(_SignalRecorder):
         self.quantity, self.cases, self.source = quantity, cases, source
 
     def results(self) -> Mapping[str, np.ndarray]:
-        if not self.time:
-            return {}
         time = np.concatenate(self.time)
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
         planets = self.cases[0].planet_counts  # the same for all members of a group
