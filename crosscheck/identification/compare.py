@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
@@ -470,12 +469,17 @@ class _BandSamples:
             space_signals(each, torque if self.measured.all() else np.nan_to_num(torque))
             for each, torque in pairs
         ]
-        self.at = lru_cache(MOST_BANDS)(self._sample)
+        self._samples: dict[float, BandSample] = {}
 
-    def _sample(self, bandwidth: float) -> BandSample:
+    def at(self, bandwidth: float) -> BandSample:
         """Rows of the recordings in a band [Hz], all joints; torques without payloads'."""
-        samples = sample(self._signals, self.shared, bandwidth)
-        return replace(samples, torque=samples.torque - self.compute_payload_torques(samples))
+        if bandwidth not in self._samples:
+            for other in list(self._samples)[: 1 - MOST_BANDS]:
+                del self._samples[other]
+            samples = sample(self._signals, self.shared, bandwidth)
+            torque = samples.torque - self.compute_payload_torques(samples)
+            self._samples[bandwidth] = replace(samples, torque=torque)
+        return self._samples[bandwidth]
 
     def compute_payload_torques(self, samples: BandSample) -> np.ndarray:
         """Torques (rows, n) of the recordings' payloads."""

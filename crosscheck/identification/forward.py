@@ -11,14 +11,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import BSpline, CubicHermiteSpline
 
 from crosscheck.identification.mechanism import ComparedMechanism, RigidLevel
 from crosscheck.models.experiment.scenario import Start, TableDrive
 from crosscheck.models.loading import make_rest_scenario
 from crosscheck.models.robot.robot import remove_friction
 from crosscheck.recordings.record import Record
-from crosscheck.recordings.smoothing import Block, select_spacing, smooth_record
+from crosscheck.recordings.smoothing import DEGREE, Block, select_spacing, smooth_record
 
 MOST_WINDOWS = 10
 COVERED, LEFT = 2.0, 3.0  # of u_val: for 95 % of rows, and for the first row that is outside
@@ -143,8 +143,9 @@ def _compute_state_noise(
     def spread(basis: np.ndarray) -> np.ndarray:
         return np.sqrt(np.einsum("rk,kl,rl->r", basis, inverse, basis))
 
-    positions = spread(block.bases[0][inner])
-    slope = spread(block.bases[1][[edge]])[0]
+    positions = spread(block.basis[inner].toarray())
+    splines = BSpline(block.knots, np.eye(len(inverse)), DEGREE)
+    slope = spread(splines(block.time[[edge]], nu=1))[0]
     return positions[:, None] * noise, (positions[0] * noise, slope * noise)
 
 

@@ -10,6 +10,7 @@ from math import pi
 import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_array
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data, torques_along
@@ -40,13 +41,14 @@ LEAST_SIZE = 1e-3  # [rad, N m], of a signal that is zero or near it
 class Block:
     """Rows of a record with their spline.
 
-    bases: B-splines and their slopes at the rows, each (rows, size); gram = bases[0]' bases[0];
+    knots [s]: of its B-splines; basis: these at the rows (rows, size); gram = basis' basis;
     position and rates (rows, joints) of the splines; torques as recorded. position_noise and
     torque_noise (joints,): standard deviations of one sample.
     """
 
     time: np.ndarray
-    bases: tuple[np.ndarray, np.ndarray]
+    knots: np.ndarray
+    basis: csr_array
     gram: np.ndarray
     position: np.ndarray
     rates: np.ndarray
@@ -68,18 +70,17 @@ def smooth_record(record: Record, torques: np.ndarray, spacing: int, most: int) 
         rows_in = slice(*pairs[place])
         time, positions, given = (each[rows_in] for each in (record.time, record.position, torques))
         places = place_knots(time, spacing)
-        splines = BSpline(places, np.eye(len(places) - DEGREE - 1), DEGREE)
-        bases = splines(time), splines(time, nu=1)
-        gram = bases[0].T @ bases[0]
+        basis = csr_array(BSpline.design_matrix(time, places, DEGREE))
+        gram = (basis.T @ basis).toarray()
         factored, free = cho_factor(gram), time.size - len(gram)
         noise = []
         for signal in (positions, given):
-            residuals = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
+            residuals = signal - basis @ cho_solve(factored, basis.T @ signal)
             least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
             noise.append(np.maximum(np.sqrt((residuals**2).sum(axis=0) / free), least))
-        fitted = cho_solve(factored, bases[0].T @ positions)
-        smooth, rates = (basis @ fitted for basis in bases)
-        yield Block(time, bases, gram, smooth, rates, given, noise[0], noise[1])
+        spline = BSpline(places, cho_solve(factored, basis.T @ positions), DEGREE)
+        fitted = spline(time), spline(time, nu=1)
+        yield Block(time, places, basis, gram, *fitted, given, noise[0], noise[1])
 
 
 def select_spacing(record: Record) -> int:
