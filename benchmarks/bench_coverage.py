@@ -196,17 +196,17 @@ def count_draw(
     shared = np.zeros((0, len(robot.coordinate_names)))
     torques = [record.motor_torque]
     samples = compare._BandSamples(robot, [record], torques, shared)
-    problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
+    problem = compare._Problem(robot, samples, "motor")
     bandwidth = problem.choose_bandwidth()
     if regime.subject.startswith("tilted"):
-        _, tilt = compare._judge_gravity(problem, torques, "motor", bandwidth)
+        _, tilt = compare._judge_gravity(problem, torques, bandwidth)
         angle = None if tilt is None else tilt.angle_deg
         if angle is None:
             counts["tilt"].unnamed += 1
         else:
             counts["tilt"].add(angle[0] - truth["tilt"], angle[1] / 2, angle[1])
         return bandwidth
-    side = compare._judge_side(problem, "motor", "identified", bandwidth, compare.NOTHING_ELSE)
+    side = compare._judge_side(problem, bandwidth, compare.NOTHING_ELSE)
     judgement = compare._judge_file(problem, mechanism, side)
     level, path = load_subject(regime.subject).level, load_subject(regime.subject).path
     named = [

@@ -19,14 +19,20 @@ from crosscheck.analytic.model import AnalyticModel
 from crosscheck.audit.experiments.pd import measure_transient_pd, measure_whole_pd
 from crosscheck.audit.experiments.study import Question, Records, Study, raise_if_diverged
 from crosscheck.audit.experiments.torque import measure_back_and_forth, measure_constant_torque
-from crosscheck.audit.experiments.variant import COUPLED, Numbers, Variant, remove_gears, rigid_arm
+from crosscheck.audit.experiments.variant import (
+    COUPLED,
+    Numbers,
+    Variant,
+    perturb_start,
+    remove_gears,
+    rigid_arm,
+)
 from crosscheck.audit.measures.run_signals import RunSignals, extract_signals, simulate_signals
 from crosscheck.models.errors import Diverged
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import RIGID_LEVELS, build, get_entry
-from crosscheck.studies.members.starts import perturb_start
 
 AT_ONCE = 16  # runs in memory: about 100 MB
 FIRST = 8  # starts that are run before it is asked whether more could tell anything else

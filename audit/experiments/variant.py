@@ -14,7 +14,7 @@ from crosscheck.models.arm.meshes import replace_by_square_wave, replace_damping
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import build
-from crosscheck.studies.members.starts import perturb_start
+from crosscheck.studies.members.cases import perturb_scenario
 
 Planets = Literal["lumped", "free"]
 Equations = Literal["corrected", "printed"]  # of motion; see GEARED_MODELS
@@ -24,6 +24,7 @@ GEARED_MODELS: dict[Equations, str] = {
     "printed": "analytic:printed",  # Eqs. 21-22: three planets counted as one, whose count is fixed
 }
 
+PERTURBATION_M = 1e-12  # perturbation of every mesh displacement in a seeded start [m]
 Numbers = dict[str, float | None]
 
 
@@ -132,3 +133,14 @@ def remove_gears(variant: Variant, level: str = COUPLED) -> Variant:
         settings=variant.settings,
         record_every=variant.record_every,
     )
+
+
+def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:
+    """The case with every mesh displacement of its start changed by up to ``size_m``, by a seed.
+
+    If planets are free, every planet's own displacement is changed too. All is added to what the
+    scenario says of the start.
+    """
+    free = case.switches.planets == "free"
+    counts = [count if free else 0 for count in case.arm.planet_counts]
+    return case._replace(scenario=perturb_scenario(case.scenario, counts, seed, size_m))

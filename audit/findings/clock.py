@@ -14,13 +14,12 @@ from crosscheck.audit.experiments.ensembles import EnsembleQuestion, rigid_cours
 from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
 from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import rigid_arm
+from crosscheck.audit.experiments.variant import perturb_start, rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.undefined import JsonObject, float_or_none
 from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.signals import envelope
-from crosscheck.studies.members.starts import perturb_start
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
 RUN_S, RUN_ZETA = 0.8, 0.02

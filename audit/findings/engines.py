@@ -10,11 +10,11 @@ from crosscheck.audit.experiments.experiments import PD, SHORT_S, build_question
 from crosscheck.audit.experiments.paper_conditions import DECISIVE, Condition
 from crosscheck.audit.experiments.samples import Scale, build_sample, judge_third_fluctuation
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import perturb_start
 from crosscheck.audit.judging.rule import Answer, State
 from crosscheck.audit.measures.undefined import JsonObject, combine_answers
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
-from crosscheck.studies.members.starts import perturb_start
 
 ENGINE = "exudyn:tree"
 STARTS = 16  # of Exudyn's: one costs some four seconds

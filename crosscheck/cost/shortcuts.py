@@ -185,11 +185,9 @@ def compute_costs(
     by_rates = (exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2]))[:, motors]
     geared = None
     if "geared" in robot.levels and not any(stage.has_free_planets for stage in robot.stages):
-        model, sizes = (
-            build_robot_model(reference_engine(), robot, "geared"),
-            (extent.instants, extent.runs),
-        )
-        geared = compute_geared_cost(exact, model, motion, *sizes, extent.most_steps)
+        model = build_robot_model(reference_engine(), robot, "geared")
+        sizes = extent.instants, extent.runs, extent.most_steps
+        geared = compute_geared_cost(exact, model, motion, *sizes)
     progress("done", 4, 4)
     return ShortcutCosts(
         robot=robot,

@@ -17,7 +17,14 @@ from crosscheck.identification.bandwidth import (
     measure_error,
 )
 from crosscheck.identification.engines import compare_engines
-from crosscheck.identification.estimation import ALIKE, CONFIDENCE, LinearFit, fit_linear, fit_part
+from crosscheck.identification.estimation import (
+    ALIKE,
+    LinearFit,
+    PartFit,
+    fit_linear,
+    fit_part,
+    joint_rms,
+)
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.forward import Window, run_windows
 from crosscheck.identification.gravity import GravityEstimate
@@ -36,6 +43,7 @@ from crosscheck.identification.sampling import (
     highest_bandwidth,
     lowest_bandwidth,
     sample,
+    space_signals,
 )
 from crosscheck.identification.structure import (
     LevelRanks,
@@ -58,7 +66,6 @@ from crosscheck.identification.terms import (
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
-from crosscheck.recordings.even_signals import space_signals
 from crosscheck.recordings.record import Record
 from crosscheck.runner.progress_update import ProgressCallback
 
@@ -90,34 +97,18 @@ CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, 
 
 
 @dataclass(frozen=True)
-class StepResult:
-    """The residual of a fit with the terms of a step and all before it.
-
-    parameters: how many in all; rms (n,): of each measured joint's residual [N m or N]; weighted
-    and predicted: rms in parts of the full model's residual, of what was fitted, and of each block
-    of the record as predicted from the others.
-    """
-
-    name: str
-    parameters: int
-    rms: np.ndarray
-    weighted: float
-    predicted: float
-
-
-@dataclass(frozen=True)
 class SideResult:
     """The results of torques measured on one side of the gears.
 
     side: motor, joint, or the motors' less the joints'; names, measured: of all joints, and those
     whose torque is measured; estimates: of all terms but links; contained: terms that links make
     up; alike: pairs of terms that this motion makes one; concerned: terms that the motion hardly
-    shows, where it does so; threshold: how many errors
-    a rotor or a delay is above 0, a factor from 1, to be named; bands: at half and twice the
-    bandwidth; taken, left (measured,): independent values of a joint that parameters take up, and
-    those left; samples, residual and shown (rows, measured): of the full model, and which rows say
-    something: those where the joint moves; excitation: a motion that shows more, where this one
-    does not show every parameter of identified links; refinement: with what else is known of these.
+    shows, where it does so; threshold: how many errors a rotor or a delay is above 0, a factor from
+    1, to be named; bands: at half and twice the bandwidth; taken, left (measured,): independent
+    values of a joint that parameters take up, and those left; samples, residual and shown (rows,
+    measured): of the full model, and which rows say something: those where the joint moves;
+    excitation: a motion that shows more, where this one does not show every parameter of identified
+    links; refinement: with what else is known of these.
     """
 
     side: Side
@@ -126,7 +117,7 @@ class SideResult:
     measured: tuple[str, ...]
     bandwidth: float
     blocks: int
-    steps: tuple[StepResult, ...]
+    steps: tuple[PartFit, ...]
     estimates: tuple[TermEstimate, ...]
     contained: tuple[TorqueTerm, ...]
     alike: tuple[tuple[TorqueTerm, TorqueTerm], ...]
@@ -146,19 +137,18 @@ class SideResult:
     @property
     def rotors(self) -> tuple[TermEstimate, ...]:
         """Estimates of armature."""
-        return tuple(each for each in self.estimates if each.term.kind in ROTOR_KINDS)
+        return self.select(*ROTOR_KINDS)
+
+    def select(self, *kinds: TermKind) -> tuple[TermEstimate, ...]:
+        """Estimates of terms of these kinds."""
+        return tuple(each for each in self.estimates if each.term.kind in kinds)
 
     @property
     def unexplained(self) -> np.ndarray:
         """Residuals (measured,) of the full model over the torques' variation, both rms."""
-        places = [self.names.index(name) for name in self.measured]
-        pairs = zip(self.residual.T, self.samples.torque[:, places].T, self.shown.T, strict=True)
-        return np.array(
-            [
-                np.sqrt(np.mean(residual[shown] ** 2)) / np.std(torque[shown])
-                for residual, torque, shown in pairs
-            ]
-        )
+        torque = self.samples.torque[:, [self.names.index(name) for name in self.measured]]
+        rms = joint_rms(self.residual, self.shown.sum(axis=0))
+        return rms / np.std(torque, axis=0, where=self.shown)
 
     @property
     def is_excited(self) -> bool:
@@ -166,27 +156,35 @@ class SideResult:
         return not self.concerned
 
     @property
+    def has_other_gravity(self) -> bool:
+        """Whether a component of gravity is not the file's."""
+        sure = [each for each in self.select("gravity") if abs(each.t) > self.threshold]
+        return self.is_excited and bool(sure)
+
+    @property
     def seen(self) -> tuple[TermEstimate, ...]:
         """Rotors that the record needs."""
         if not self.is_excited:
             return ()
         return tuple(
-            each for each in self.rotors if each.t > self.threshold or _is_shared(each, self)
+            each
+            for each in self.rotors
+            if (abs(each.t) if each.term.kind == "shared armature" else each.t) > self.threshold
         )
 
     @property
     def delay(self) -> TermEstimate | None:
         """A delay of the torques that the record needs."""
-        delays = (each for each in self.estimates if each.term.kind == "delay")
-        return next((each for each in delays if abs(each.t) > self.threshold), None)
+        delays = (each for each in self.select("delay") if abs(each.t) > self.threshold)
+        return next(delays, None)
 
     @property
     def wrong_factors(self) -> tuple[TermEstimate, ...]:
         """Factors on the torques of the file's links that are not 1."""
         return tuple(
             each
-            for each in self.estimates
-            if each.term.kind == "scale" and abs(each.value - 1) > self.threshold * each.error
+            for each in self.select("scale")
+            if abs(each.value - 1) > self.threshold * each.error
         )
 
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
@@ -197,15 +195,7 @@ class SideResult:
     @property
     def impossible(self) -> tuple[TermEstimate, ...]:
         """Armatures that are negative beyond doubt: something else is missing."""
-        return tuple(
-            each
-            for each in self.rotors
-            if each.term.kind == "armature" and each.t < -self.threshold
-        )
-
-
-def _is_shared(each: TermEstimate, side: SideResult) -> bool:
-    return each.term.kind == "shared armature" and abs(each.t) > side.threshold
+        return tuple(each for each in self.select("armature") if each.t < -self.threshold)
 
 
 @dataclass(frozen=True)
@@ -246,27 +236,30 @@ class RecordComparison:
         return tuple(side for side in self.sides if side.judgement is not None)
 
     @property
+    def judgements(self) -> tuple[FileJudgement, ...]:
+        """The judgements of the files' numbers by these sides."""
+        return tuple(side.judgement for side in self.sides if side.judgement is not None)
+
+    @property
     def is_explained(self) -> bool:
         """Whether the files' numbers explain all torques, friction aside."""
-        judgements = [side.judgement for side in self.judged_sides if side.judgement]
-        return self.tilt is None and bool(judgements) and all(j.explained for j in judgements)
+        explained = [each.explained for each in self.judgements]
+        return self.tilt is None and bool(explained) and all(explained)
 
     @property
     def has_explanation(self) -> bool:
         """Whether the files explain all torques, or do if single numbers are changed."""
-        judgements = [side.judgement for side in self.judged_sides if side.judgement]
-        return bool(judgements) and all(each.explanations for each in judgements)
+        return bool(self.judgements) and all(each.explanations for each in self.judgements)
 
     @property
     def is_decided(self) -> bool:
         """Whether the files explain the torques; with more questions, whether all are decided."""
-        refinements = [side.refinement for side in self.sides if side.refinement]
         if not self.knowledge.is_asked:
             return self.is_explained
         return (
             bool(self.sides)
             and not self.knowledge.lacks_size
-            and all(each.is_decided for each in refinements)
+            and all(side.refinement.is_decided for side in self.sides if side.refinement)
             and all(
                 side.is_excited and not side.impossible
                 for side in self.sides
@@ -306,40 +299,38 @@ def compare(
     engines: list[Finding] = []
     tilt: GravityEstimate | None = None
     widest = np.inf
-    for number, (side, treatment, torques) in enumerate(chosen, 1):
+    for number, (side, torques) in enumerate(chosen, 1):
         progress(f"estimating by torques of side {side}", number, len(chosen) + 1)
         # Payloads are on both sides of the gears: what lies between these has none.
-        payloads = knowledge.payloads if treatment == "identified" else ()
-        samples = _BandSamples(robot, records, torques, shared, payloads)
-        problem = _Problem(robot, samples, LINK_KINDS[treatment])
+        payloads = () if side == "between" else knowledge.payloads
+        problem = _Problem(robot, _BandSamples(robot, records, torques, shared, payloads), side)
         bandwidth = problem.choose_bandwidth(widest)
         if side == "between":
             # Where its few terms say nothing more accelerations are noise: links would take it up.
             widest = bandwidth
         if not engines:
-            moved = samples.at(bandwidth)
-            engines = compare_engines(mechanism, (moved.q, moved.v, moved.a))
+            engines = compare_engines(mechanism, problem.samples.at(bandwidth).states)
             if any(engine.verdict != "agree" for engine in engines):
                 break
-        judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
-        if treatment == "identified" and not any(each.any() for each in payloads):
-            weighed, gravity = _judge_gravity(problem, torques, side, bandwidth)
+        judged = _judge_side(problem, bandwidth, knowledge)
+        if side == "between":
+            sides.append(judged)
+            continue
+        if not any(each.any() for each in payloads):
+            weighed, gravity = _judge_gravity(problem, torques, bandwidth)
             gravities.append(weighed)
             if gravity is not None and tilt is None:
-                tilt, robot = gravity, replace(robot, gravity=gravity.value)
-                mechanism = mechanism.turn(gravity.value)
+                tilt, mechanism = gravity, mechanism.turn(gravity.value)
+                robot = replace(robot, gravity=gravity.value)
                 samples = _BandSamples(robot, records, torques, shared, payloads)
-                problem = _Problem(robot, samples, LINK_KINDS[treatment])
+                problem = _Problem(robot, samples, side)
                 bandwidth = problem.choose_bandwidth(widest)
-                judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
-        if treatment == "identified" and not knowledge.is_asked:
+                judged = _judge_side(problem, bandwidth, knowledge)
+        if not knowledge.is_asked:
             progress("judging the file's numbers", number, len(chosen) + 1)
-            judgement = _judge_file(problem, mechanism, judged)
-            judged = replace(judged, judgement=judgement)
-        sides.append(judged)
-        if treatment == "identified":
-            scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
-            sides.append(_judge_side(scaled, side, "scaled", bandwidth, NOTHING_ELSE))
+            judged = replace(judged, judgement=_judge_file(problem, mechanism, judged))
+        scaled = _Problem(robot, problem.samples, side, "scaled")
+        sides += [judged, _judge_side(scaled, bandwidth, NOTHING_ELSE)]
     comparison = RecordComparison(
         given,
         tuple(records),
@@ -366,8 +357,7 @@ def _judge_file(
 
     def combine(restriction: Restriction) -> Restriction:
         again = [
-            replace(band, estimates=fits.repeat(restriction, levels).estimates)
-            for band, fits in others
+            replace(band, estimates=fits.repeat(restriction).estimates) for band, fits in others
         ]
         estimates = combine_bands(restriction.estimates, judged.bandwidth, again)
         return replace(restriction, estimates=estimates)
@@ -384,18 +374,14 @@ def _run_best(comparison: RecordComparison) -> Iterator[Window]:
     """
     is_loaded = any(payload.any() for payload in comparison.knowledge.payloads)
     for side in () if is_loaded else comparison.judged_sides[:1]:
-        judgement = side.judgement
-        best = next(iter(judgement.explanations), None) if judgement else None
-        torques = [
-            each.motor_torque if side.side == "motor" else each.joint_torque
-            for each in comparison.records
-        ]
+        best = next(iter(side.judgement.explanations), None) if side.judgement else None
         pairs = [
-            (record, torque)
-            for record, torque in zip(comparison.records, torques, strict=True)
+            (each, torque)
+            for each in comparison.records
+            for torque in [each.motor_torque if side.side == "motor" else each.joint_torque]
             if torque is not None and np.isfinite(torque).all()
         ]
-        if best is None or best.mechanism is None or len(pairs) < len(torques):
+        if best is None or best.mechanism is None or len(pairs) < len(comparison.records):
             continue
         rubs = flag_friction(best, comparison.mechanism.robot, side.threshold)
         friction = best.compute_friction if rubs else None
@@ -403,7 +389,7 @@ def _run_best(comparison: RecordComparison) -> Iterator[Window]:
 
 
 def _judge_gravity(
-    problem: _Problem, torques: Sequence[np.ndarray], side: Side, bandwidth: float
+    problem: _Problem, torques: Sequence[np.ndarray], bandwidth: float
 ) -> tuple[SideResult, GravityEstimate | None]:
     """The fit with the file's links and another gravity, and whether that is a tilt.
 
@@ -414,22 +400,15 @@ def _judge_gravity(
     robot, records = problem.robot, problem.records
     links = [LinkRegressor(robot).values] * len(records)
     left = _BandSamples(robot, records, torques, problem.shared, links)
-    fixed = _Problem(robot, left, LINK_KINDS["fixed"])
-    weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
-    if not _is_gravity_significant(weighed):
+    fixed = _Problem(robot, left, problem.side, "fixed")
+    weighed = _judge_side(fixed, bandwidth, NOTHING_ELSE)
+    if weighed.has_other_gravity:
+        bandwidth = fixed.choose_bandwidth()
+        weighed = _judge_side(fixed, bandwidth, NOTHING_ELSE)
+    if not weighed.has_other_gravity:
         return weighed, None
-    bandwidth = fixed.choose_bandwidth()
-    weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
-    if not _is_gravity_significant(weighed):
-        return weighed, None
-    free = _judge_side(problem, side, "identified", bandwidth, NOTHING_ELSE)
+    free = _judge_side(problem, bandwidth, NOTHING_ELSE)
     return weighed, _find_tilt(robot, weighed, free)
-
-
-def _is_gravity_significant(side: SideResult) -> bool:
-    """Whether a component of gravity is not the file's."""
-    components = (each for each in side.estimates if each.term.kind == "gravity")
-    return side.is_excited and any(abs(each.t) > side.threshold for each in components)
 
 
 def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEstimate | None:
@@ -439,7 +418,7 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
         weighed: Of the file's links with another gravity.
         free: Of any links with the file's gravity.
     """
-    components = [each for each in weighed.estimates if each.term.kind == "gravity"]
+    components = weighed.select("gravity")
     axes = ["xyz".index(each.term.name.split()[2]) for each in components]
     value, half_width = robot.gravity.astype(float), np.zeros(3)
     value[axes] += [each.value for each in components]
@@ -450,20 +429,18 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
     return gravity if alone and gravity.is_tilted else None
 
 
-def _select_torques(
-    records: Sequence[Record],
-) -> list[tuple[Side, LinkTreatment, list[np.ndarray]]]:
-    """Sides that all recordings have, how links are treated there, and their torques."""
-    chosen: list[tuple[Side, LinkTreatment, list[np.ndarray]]] = []
+def _select_torques(records: Sequence[Record]) -> list[tuple[Side, list[np.ndarray]]]:
+    """Sides that all recordings have, and their torques."""
+    chosen: list[tuple[Side, list[np.ndarray]]] = []
     before = [each.motor_torque for each in records if each.motor_torque is not None]
     behind = [each.joint_torque for each in records if each.joint_torque is not None]
     if before and behind:
         between = [motor - joint for motor, joint in zip(before, behind, strict=True)]
-        chosen.append(("between", "none", between))
+        chosen.append(("between", between))
     if before:
-        chosen.append(("motor", "identified", before))
+        chosen.append(("motor", before))
     if behind:
-        chosen.append(("joint", "identified", behind))
+        chosen.append(("joint", behind))
     return chosen
 
 
@@ -510,21 +487,30 @@ class _BandSamples:
         for (first, last), added in zip(pairwise(samples.starts), self._payloads, strict=False):
             if added.any():
                 for rows, piece in samples.select(slice(first, last)).pieces():
-                    motion = piece.motion.q, piece.motion.v, piece.motion.a
-                    loaded = self._regressor.compute(*motion) @ added
+                    loaded = self._regressor.compute(*piece.motion.states) @ added
                     torques[first:last][rows] = piece.filter(loaded)
         return torques
 
 
 class _Problem:
-    """Torques of recordings, and the terms that may explain them; kinds: how links enter."""
+    """Torques of recordings on a side of the gears, and the terms that may explain them.
 
-    def __init__(self, robot: Robot, samples: _BandSamples, kinds: tuple[TermKind, ...]) -> None:
-        self.robot, self.samples = robot, samples
+    links: how links enter; they are identified where there are any, unless stated.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        samples: _BandSamples,
+        side: Side,
+        links: LinkTreatment | None = None,
+    ) -> None:
+        self.robot, self.samples, self.side = robot, samples, side
+        self.links: LinkTreatment = links or ("none" if side == "between" else "identified")
         self.records, self.shared = samples.records, samples.shared
         self.measured = samples.measured
-        self.kinds = (*kinds, *(kind for _, added in STEPS for kind in added))
-        anything = self._cut(build_columns(robot, self.shared, draw_samples(robot, self.shared)))
+        self.kinds = (*LINK_KINDS[self.links], *(kind for _, added in STEPS for kind in added))
+        anything = self._build_columns(draw_samples(robot, self.shared))
         self.basis: TermBasis = find_basis(anything, self.kinds)
         # In the order of the steps: the columns of each are the first so many of all.
         among = [anything.terms[number].kind for number in self.basis.chosen]
@@ -542,7 +528,9 @@ class _Problem:
     def fit(self, bandwidth: float) -> tuple[BandSample, Regressor, LinearFit]:
         """Sampled motion, columns of the measured joints, and the fit of all terms."""
         samples = self.samples.at(bandwidth)
-        columns = filter_columns(samples, self._compute_columns)
+        columns = filter_columns(
+            samples, lambda motion: self._build_columns(motion).select(self.chosen)
+        )
         shown = samples.moving[:, self.measured]
         reached = np.any([columns.values[on, at].any(axis=0) for at, on in enumerate(shown.T)], 0)
         alike = find_alike(columns, shown)
@@ -554,6 +542,10 @@ class _Problem:
             torque = samples.torque[:, self.measured]
             self._fits[bandwidth] = fit_linear(columns.values, torque, shown, samples.starts)
         return samples, columns, self._fits[bandwidth]
+
+    def _build_columns(self, samples: BandSample) -> Regressor:
+        """The columns of all terms at measured joints."""
+        return build_columns(self.robot, self.shared, samples).measure(self.measured)
 
     def estimate_bands(self, bandwidth: float) -> tuple[BandResult, ...]:
         """Estimates at half and twice a bandwidth [Hz], if rows resolve them."""
@@ -574,10 +566,6 @@ class _Problem:
             torque = samples.torque[:, self.measured]
             full = fit_linear(independent.values, torque, full.shown, samples.starts)
         return FileFits(mechanism, samples, self.shared, self.measured, full)
-
-    def _compute_columns(self, samples: BandSample) -> Regressor:
-        """The columns of the terms to estimate, at measured joints."""
-        return self._cut(build_columns(self.robot, self.shared, samples)).select(self.chosen)
 
     @property
     def lowest_bandwidth(self) -> float:
@@ -600,39 +588,28 @@ class _Problem:
         fit = self._fits[bandwidth] if bandwidth in self._fits else self.fit(bandwidth)[2]
         return measure_error(fit) if fit.condition <= EXCITED else np.inf
 
-    def _cut(self, columns: Regressor) -> Regressor:
-        """The columns at measured joints alone."""
-        return Regressor(columns.terms, columns.values[:, self.measured])
 
-
-def _judge_side(
-    problem: _Problem,
-    side: Side,
-    treatment: LinkTreatment,
-    bandwidth: float,
-    knowledge: Knowledge,
-) -> SideResult:
+def _judge_side(problem: _Problem, bandwidth: float, knowledge: Knowledge) -> SideResult:
     # Before all else: their columns are gone where those of the bandwidth itself are made.
     bands = problem.estimate_bands(bandwidth)
     samples, columns, full = problem.fit(bandwidth)
     torque = samples.torque[:, problem.measured]
-    steps, kinds = [], list(LINK_KINDS[treatment])
+    steps, kinds = [], list(LINK_KINDS[problem.links])
     for name, added in STEPS:
         if not columns.numbers(*added).size:
             continue
         kinds += added
         part = columns.values[:, :, : columns.numbers(*kinds).size]
-        fit = fit_part(part, torque, full)
-        steps.append(StepResult(name, part.shape[2], *fit))
+        steps.append(fit_part(name, part, torque, full))
     estimates = combine_bands(_select_estimates(problem, columns, full), bandwidth, bands)
     concerned, excitation = _find_concerned(problem.terms, columns, full), None
-    if concerned and treatment in ("identified", "none"):
+    if concerned and problem.links in ("identified", "none"):
         excitation = suggest_excitation(
             problem.robot, samples.q, problem.shared, problem.chosen, problem.measured, full.sigma
         )
     return SideResult(
-        side=side,
-        links=treatment,
+        side=problem.side,
+        links=problem.links,
         names=tuple(problem.robot.coordinate_names),
         measured=problem.names,
         bandwidth=bandwidth,
@@ -656,7 +633,7 @@ def _judge_side(
         excitation=excitation,
         refinement=(
             refine(_record_torque(problem, samples, full), knowledge)
-            if treatment == "identified" and knowledge.is_anything
+            if problem.links == "identified" and knowledge.is_anything
             else None
         ),
     )
@@ -670,10 +647,8 @@ def _record_torque(problem: _Problem, samples: BandSample, full: LinearFit) -> R
         samples=samples,
         payload_torque=problem.samples.compute_payload_torques(samples)[:, problem.measured],
         measured=problem.measured,
-        shown=full.shown,
-        residual=full.residual,
         chosen=problem.chosen,
-        quantile=full.quantile((1 + CONFIDENCE) / 2),
+        fit=full,
     )
 
 
@@ -681,14 +656,11 @@ def _select_estimates(
     problem: _Problem, columns: Regressor, fit: LinearFit
 ) -> tuple[TermEstimate, ...]:
     """Estimates of all terms but links, which are base parameters without a name of their own."""
-    estimates = [
-        TermEstimate(term, float(value), float(error), float(half))
-        for term, value, error, half in zip(
-            columns.terms, fit.values, fit.errors, fit.half_widths, strict=True
-        )
-        if term.kind != "links" and term not in [first for first, _ in columns.alike]
-    ]
-    return tuple(sorted(estimates, key=lambda each: problem.every.index(each.term)))
+    numbers = (each.tolist() for each in (fit.values, fit.errors, fit.half_widths))
+    estimates = [TermEstimate(*each) for each in zip(columns.terms, *numbers, strict=True)]
+    alike = [first for first, _ in columns.alike]
+    named = [each for each in estimates if each.term.kind != "links" and each.term not in alike]
+    return tuple(sorted(named, key=lambda each: problem.every.index(each.term)))
 
 
 def find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:

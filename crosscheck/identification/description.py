@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
+from crosscheck.identification.mechanism import list_body_parameters
 from crosscheck.identification.refinement import Knowledge, Unknown
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
-from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
-from crosscheck.models.robot.robot import BASE, Robot, compute_point_inertia
+from crosscheck.models.pinocchio.regressor import LinkRegressor
+from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.recordings.csv_table import CsvTable, open_table
 from crosscheck.recordings.record import Record, require_even_enough
 
@@ -125,29 +127,23 @@ def find_knowledge(description: RecordDescription, robot: Robot, where: Path) ->
     prior, unknown = description.prior, frozenset(description.estimate)
     held = [files.payload for files in description.recordings]
     payloads = tuple(_compute_payload(each, robot, where) for each in held) if any(held) else ()
-    if prior is None:
-        return Knowledge(unknown=unknown, payloads=payloads)
-    return Knowledge(prior.links, unknown, prior.bodies == "possible", payloads)
+    links, are_possible = (prior.links, prior.bodies == "possible") if prior else (None, False)
+    return Knowledge(links, unknown, are_possible, payloads)
 
 
 def _compute_payload(payload: Payload | None, robot: Robot, where: Path) -> np.ndarray:
     """The change of links' parameters by a payload, in the regressor's order. Raises InputError."""
-    names = LinkRegressor(robot).names
-    if payload is None:
-        return np.zeros(len(names))
-    frame = robot.frames.get(payload.link)
-    if frame is None or frame.body == BASE:
-        moving = ", ".join(name for name, each in robot.frames.items() if each.body != BASE)
-        raise InputError(
-            str(where), "recordings.payload.link", payload.link, f"must be one of {moving}"
-        )
-    place = frame.placement.rotation @ np.array(payload.place_m) + frame.placement.position
-    inertia = compute_point_inertia(payload.mass_kg, place)
-    moments = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    values = [payload.mass_kg, *(payload.mass_kg * place), *moments]
-    joint = robot.joints[frame.body].name
-    added = {f"{joint}: {key}": value for key, value in zip(BODY_PARAMETERS, values, strict=True)}
-    return np.array([added.get(name, 0.0) for name in names])
+    nothing = RobotBody(0.0, np.zeros(3), np.zeros((3, 3)))
+    bodies = [nothing] * len(robot.bodies)
+    if payload is not None:
+        frame = robot.frames.get(payload.link)
+        if frame is None or frame.body == BASE:
+            moving = ", ".join(name for name, each in robot.frames.items() if each.body != BASE)
+            allowed = f"must be one of {moving}"
+            raise InputError(str(where), "recordings.payload.link", payload.link, allowed)
+        place = frame.placement.rotation @ np.array(payload.place_m) + frame.placement.position
+        bodies[frame.body] = replace(nothing, mass=payload.mass_kg, com=place)
+    return list_body_parameters(replace(robot, bodies=tuple(bodies)), LinkRegressor(robot).names)
 
 
 def read_recordings(
@@ -175,20 +171,16 @@ def transmission_matrix(description: RecordDescription, count: int) -> np.ndarra
 
 def _require_lengths(description: RecordDescription, count: int, where: str) -> None:
     """Raise InputError where a list has not an entry for each joint, or nothing is measured."""
-    tables = {
-        name: getattr(description, name) for name in ("position", "motor_torque", "joint_torque")
-    }
     lists = {
-        f"{name}.{field}": getattr(table, field, None)
-        for name, table in tables.items()
-        if table is not None
-        for field in ("columns", "gain", "zero")
+        f"{name}.{field}": values
+        for name in ("position", "motor_torque", "joint_torque")
+        for field, values in getattr(description, name) or ()
     }
     lists["transmission"] = description.transmission
     for number, row in enumerate(description.transmission or ()):
         lists[f"transmission.{number}"] = row
     for name, values in lists.items():
-        if values is not None and len(values) != count:
+        if isinstance(values, tuple) and len(values) != count:
             allowed = f"must have {count} entries, one for each joint of the robot that is free"
             raise InputError(where, name, len(values), allowed)
     if description.motor_torque is None and description.joint_torque is None:
@@ -229,10 +221,12 @@ def _read_recording(
         positions[:] = np.linalg.solve(turns, positions.T).T
     if given.zero is not None:
         positions += np.array(given.zero)
+    for stated, values in zip(filter(None, torques), tables, strict=True):
+        values *= np.array(stated.gain or 1.0)
+        if stated.shaft == "motor":
+            values[:] = values @ turns
     left = iter(tables)
-    before, behind = (
-        None if each is None else _convert(next(left), each, turns) for each in torques
-    )
+    before, behind = (None if each is None else next(left) for each in torques)
     return Record(moving.where, time, positions, before, behind)
 
 
@@ -241,11 +235,3 @@ def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:
     if description.time is None:
         return (description.step_s or 1.0) * np.arange(table.count_rows())
     return np.concatenate(list(table.select_pieces((description.time,))))[:, 0]
-
-
-def _convert(values: np.ndarray, given: TorqueColumns, turns: np.ndarray) -> np.ndarray:
-    """Numbers (rows, n), in place, as torques at the joints."""
-    values *= np.array(given.gain or 1.0)
-    if given.shaft == "motor":
-        values[:] = values @ turns
-    return values

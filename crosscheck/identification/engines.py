@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
@@ -38,21 +38,12 @@ REGRESSOR = "regressor"  # name of Pinocchio's regressor, by which links are est
 Motion = tuple[np.ndarray, np.ndarray, np.ndarray]  # positions, rates, accelerations (rows, n)
 
 
-class TorqueModel(Protocol):
-    """A model that computes torques of motions."""
-
-    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray: ...
-
-
-NamedModel = tuple[str, Callable[[], TorqueModel]]  # and what builds it
-
-
 @dataclass(frozen=True, eq=False)
 class MotionTorques:
     """A task: the torques (rows, n) of a model along a motion."""
 
     model: str
-    build: Callable[[], TorqueModel]
+    build: Callable[[], Any]
     motion: Motion
 
     @property
@@ -98,7 +89,7 @@ def plan_level(
     """Comparisons of the first engine with all other models at a level."""
     rows = np.unique(np.linspace(0, len(motion[0]) - 1, ENGINE_ROWS).astype(int))
     q, v, a = (part[rows] for part in motion)
-    models: list[NamedModel] = [
+    models: list[tuple[str, Callable[[], Any]]] = [  # names, and what builds them
         (f"{engine}:{level.name}", partial(build_robot_model, engine, level.robot, level.level))
         for engine in find_level_engines(level.level)
     ]

@@ -53,9 +53,14 @@ class LinearFit:
     edges: np.ndarray
 
     @property
+    def interval(self) -> float:
+        """How many standard errors are half of a 95 % interval."""
+        return self.quantile((1 + CONFIDENCE) / 2)
+
+    @property
     def half_widths(self) -> np.ndarray:
         """Halves of 95 % intervals (p,)."""
-        return self.errors * self.quantile((1 + CONFIDENCE) / 2)
+        return self.errors * self.interval
 
     def quantile(self, probability: float) -> float:
         """The quantile of Student's distribution with the fit's degrees of freedom."""
@@ -65,10 +70,13 @@ class LinearFit:
 class PartFit(NamedTuple):
     """The residual of a fit with some of the columns, weighted and in blocks as with all.
 
-    rms (n,): of each joint's residual; weighted and predicted: of all joints' residuals in parts of
-    the full fit's, and of the errors of predicting each block from the others.
+    name: what they are; parameters: how many in all; rms (n,): of each joint's residual [N m or N];
+    weighted and predicted: rms in parts of the full fit's residual, of what was fitted, and of each
+    block of the record as predicted from the others.
     """
 
+    name: str
+    parameters: int
     rms: np.ndarray
     weighted: float
     predicted: float
@@ -120,7 +128,7 @@ def fit_linear(
     )
 
 
-def fit_part(columns: np.ndarray, torque: np.ndarray, full: LinearFit) -> PartFit:
+def fit_part(name: str, columns: np.ndarray, torque: np.ndarray, full: LinearFit) -> PartFit:
     """Fit torques (rows, n) by some of the columns (rows, n, part) that were fitted."""
     shown, sigma = full.shown, full.sigma
     weighted = WeightedColumns(columns, shown / sigma, _column_sizes(columns, shown))
@@ -129,7 +137,7 @@ def fit_part(columns: np.ndarray, torque: np.ndarray, full: LinearFit) -> PartFi
     _, predicted = _leave_out_blocks(weighted, inverse, residual / sigma, full.edges)
     count = shown.sum(axis=0)
     sizes = (np.sqrt((each**2).sum() / count.sum()) for each in (residual / sigma, predicted))
-    return PartFit(joint_rms(residual, count), *map(float, sizes))
+    return PartFit(name, columns.shape[2], joint_rms(residual, count), *map(float, sizes))
 
 
 def _solve(

@@ -11,13 +11,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import BSpline, CubicHermiteSpline
 
 from crosscheck.identification.mechanism import ComparedMechanism, RigidLevel
-from crosscheck.models.experiment.scenario import Scenario, Start, TableDrive
+from crosscheck.models.experiment.scenario import Start, TableDrive
+from crosscheck.models.loading import make_rest_scenario
 from crosscheck.models.robot.robot import remove_friction
 from crosscheck.recordings.record import Record
-from crosscheck.recordings.smoothing import Block, select_spacing, smooth_record
+from crosscheck.recordings.smoothing import DEGREE, Block, select_spacing, smooth_record
 
 MOST_WINDOWS = 10
 COVERED, LEFT = 2.0, 3.0  # of u_val: for 95 % of rows, and for the first row that is outside
@@ -74,22 +75,24 @@ def run_windows(
         tolerances: Relative standard uncertainties of parameters, by path.
         friction: In place of the files': along the record's rates it is taken from the torques.
     """
+    stated = {parameter.path: parameter.value for parameter in mechanism.parameters}
+    changes = [{path: stated[path] * (1 + share)} for path, share in tolerances.items()]
+    levels = [each.find_level(level) for each in (mechanism, *map(mechanism.change, changes))]
+    if friction is not None:
+        levels = [each._replace(robot=remove_friction(each.robot)) for each in levels]
     each_most = max(MOST_WINDOWS // len(records), 1)
     for record, torques in records[:MOST_WINDOWS]:
         for block in smooth_record(record, torques, select_spacing(record), each_most):
-            window = _run_window(block, mechanism, level, tolerances, friction)
+            window = _run_window(block, levels, friction)
             if window is not None:
                 yield window
 
 
 def _run_window(
-    block: Block,
-    mechanism: ComparedMechanism,
-    level: str,
-    tolerances: Mapping[str, float],
-    friction: Friction | None,
+    block: Block, levels: Sequence[RigidLevel], friction: Friction | None
 ) -> Window | None:
-    (base,) = (each for each in mechanism.levels if each.name == level)
+    """A run at a level, the first one; the others have its numbers at the ends of tolerances."""
+    base, *others = levels
     time = (block.time - block.time[0])[:LONGEST_ROWS]
     rows, joints = time.size, block.position.shape[1]
     # The ends of a spline are its least certain part: windows begin and end inside.
@@ -98,17 +101,14 @@ def _run_window(
     clock, torques = time[inner] - time[edge], block.torques[:rows][inner]
     if friction is not None:
         torques = torques - friction(block.rates[:rows][inner])
-        base = base._replace(robot=remove_friction(base.robot))
     start = block.position[edge], block.rates[edge]
     of_data, of_start = _compute_state_noise(block, inner, edge)
     rng = np.random.default_rng(0)
 
     cases = [(base, start, torques)]
-    for joint in range(joints):
-        for part in range(2):
-            moved = [each.copy() for each in start]
-            moved[part][joint] += of_start[part][joint]
-            cases.append((base, (moved[0], moved[1]), torques))
+    for way in np.eye(joints):
+        cases.append((base, (start[0] + way * of_start[0], start[1]), torques))
+        cases.append((base, (start[0], start[1] + way * of_start[1]), torques))
     cases += [
         (base, start, torques + block.torque_noise * rng.normal(size=torques.shape))
         for _ in range(DRAWS)
@@ -117,13 +117,7 @@ def _run_window(
     curved = torques.copy()
     curved[1:-1] += np.diff(torques, 2, axis=0) / 12
     cases.append((base, start, curved))
-    stated = {parameter.path: parameter.value for parameter in mechanism.parameters}
-    for path, share in tolerances.items():
-        changed = mechanism.change({path: stated[path] * (1 + share)})
-        (other,) = (each for each in changed.levels if each.name == level)
-        if friction is not None:
-            other = other._replace(robot=remove_friction(other.robot))
-        cases.append((other, start, torques))
+    cases += [(other, start, torques) for other in others]
     steps = max(clock.size - 1, STEPS)
     runs = _run_cases(cases, clock, steps)
     (finer,) = _run_cases(cases[:1], clock, 2 * steps)
@@ -149,8 +143,9 @@ def _compute_state_noise(
     def spread(basis: np.ndarray) -> np.ndarray:
         return np.sqrt(np.einsum("rk,kl,rl->r", basis, inverse, basis))
 
-    positions = spread(block.bases[0][inner].toarray())
-    slope = spread(block.bases[1][[edge]].toarray())[0]
+    positions = spread(block.basis[inner].toarray())
+    splines = BSpline(block.knots, np.eye(len(inverse)), DEGREE)
+    slope = spread(splines(block.time[[edge]], nu=1))[0]
     return positions[:, None] * noise, (positions[0] * noise, slope * noise)
 
 
@@ -164,23 +159,14 @@ def _run_cases(
     from crosscheck.analytic.robot.ensemble import group_robots
     from crosscheck.analytic.robot.runs import RobotMember
 
-    duration = float(clock[-1])
-    members = []
+    duration, rest, members = float(clock[-1]), make_rest_scenario(), []
+    length = {"duration_s": duration, "step_s": duration / steps, "record_every": 1}
     for level, (q, v), torques in cases:
         drive = TableDrive.model_construct(
             kind="table", time_s=tuple(clock), torque_N_m=tuple(map(tuple, torques.T))
         )
         start = Start(theta_rad=tuple(map(float, q)), theta_dot_rad_per_s=tuple(map(float, v)))
-        scenario = Scenario.model_construct(
-            schema_version=1,
-            name="window",
-            title="",
-            duration_s=duration,
-            step_s=duration / steps,
-            record_every=1,
-            start=start,
-            drive=drive,
-        )
+        scenario = rest.model_copy(update={**length, "start": start, "drive": drive})
         members.append(RobotMember(level.robot, level.level, scenario))
     paths: list[np.ndarray | None] = [None] * len(cases)
     free = len(cases[0][0].robot.coordinates)

@@ -9,6 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,6 @@ from crosscheck.models.robot.robot import (
     JointStage,
     Level,
     Robot,
-    RobotBody,
     compute_point_inertia,
 )
 from crosscheck.models.robot.tree import merge_bodies
@@ -41,7 +41,16 @@ UNITS = {
     "friction_N_m_s_per_rad": "N m s/rad",
 }
 STAGE_UNITS = ("equivalent_mass_kg", "inertia_kg_m2")
-MOMENTS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
+AXES = tuple(enumerate("xyz"))
+# Numbers of a link: path's end, phrase, unit, and where its body has it.
+LINK_NUMBERS: tuple[tuple[str, str, str, str, tuple[int, ...]], ...] = (
+    ("mass_kg", "mass of {}", "kg", "mass", ()),
+    *((f"com_m.{a}", f"centre of mass of {{}} along {a}", "m", "com", (i,)) for i, a in AXES),
+    *(
+        (f"inertia_kg_m2.{a}{b}", f"inertia I{a}{b} of {{}}", "kg m^2", "inertia", (i, j))
+        for (i, a), (j, b) in combinations_with_replacement(AXES, 2)
+    ),
+)
 LIGHTEST = 1e-6  # share of the heaviest body's mass from which on a link counts
 STEP = 2.0**-10  # relative, of a number whose slope is asked; of 0, its own unit
 LEVEL_PHRASES = {
@@ -108,6 +117,10 @@ class ComparedMechanism(ABC):
     @abstractmethod
     def levels(self) -> tuple[RigidLevel, ...]:
         """The rigid levels that differ, the simplest first."""
+
+    def find_level(self, name: str) -> RigidLevel:
+        """The rigid level of a name."""
+        return next(each for each in self.levels if each.name == name)
 
     @abstractmethod
     def change(self, values: Mapping[str, float]) -> ComparedMechanism:
@@ -236,47 +249,33 @@ class SpatialRobot(ComparedMechanism):
         robot = self.robot
         heaviest = max(body.mass for body in robot.bodies)
         for name, link in self._links.items():
-            body, path = link.body, f"robot.links.{name}"
-            assert body is not None  # as was chosen
-            number = Parameter(f"{path}.mass_kg", body.mass, "kg", f"the mass of {name}")
-            yield number, ("links", name, partial(_change_body, "mass", ()))
-            if body.mass < LIGHTEST * heaviest:  # of a frame; what else it says means nothing
-                continue
-            for axis, letter in enumerate("xyz"):
-                phrase, value = (
-                    f"the centre of mass of {name} along {letter}",
-                    float(body.com[axis]),
-                )
-                number = Parameter(f"{path}.com_m.{letter}", value, "m", phrase, is_signed=True)
-                yield number, ("links", name, partial(_change_body, "com", (axis,)))
-            for letters, at in MOMENTS.items():
-                where, phrase = (
-                    f"{path}.inertia_kg_m2.{letters}",
-                    f"the inertia I{letters} of {name}",
-                )
-                value, is_signed = float(body.inertia[at]), at[0] != at[1]
-                number = Parameter(where, value, "kg m^2", phrase, is_signed)
-                yield number, ("links", name, partial(_change_body, "inertia", at))
+            assert link.body is not None  # as was chosen
+            is_frame = link.body.mass < LIGHTEST * heaviest  # what else it says means nothing
+            for ending, phrase, unit, field, at in LINK_NUMBERS[: 1 if is_frame else None]:
+                value = float(np.asarray(getattr(link.body, field))[at])
+                path, is_signed = f"robot.links.{name}.{ending}", unit == "m" or len({*at}) > 1
+                number = Parameter(path, value, unit, f"the {phrase.format(name)}", is_signed)
+                yield number, ("links", name, partial(_change_body, field, at))
         for place, rotor in enumerate(robot.rotors):
             joint = robot.joints[rotor.joint].name
-            where, phrase = f"robot.joints.{joint}.rotor_inertia_kg_m2", "the rotor inertia of"
-            number = Parameter(where, rotor.inertia, "kg m^2", f"{phrase} {joint}")
-            yield number, ("rotors", place, lambda each, value: replace(each, inertia=value))
+            path = f"robot.joints.{joint}.rotor_inertia_kg_m2"
+            number = Parameter(path, rotor.inertia, "kg m^2", f"the rotor inertia of {joint}")
+            yield number, ("rotors", place, partial(_change_field, "inertia"))
         for place, stage in enumerate(robot.stages):
             joint = robot.joints[stage.joint].name
             for field, value in stage.gears:
-                if field.endswith(tuple(STAGE_UNITS)) and value is not None:
+                if field.endswith(STAGE_UNITS) and value is not None:
                     number = _describe_number(f"robot.joints.{joint}.{field}", value, joint)
                     yield number, ("stages", place, partial(_change_gears, field))
         for place, moved in enumerate(robot.joints):
             path, turns = f"robot.joints.{moved.name}", moved.kind == "revolute"
             if moved.armature:
-                where, phrase = f"{path}.armature", f"the armature of {moved.name}"
-                number = Parameter(where, moved.armature, "kg m^2" if turns else "kg", phrase)
-                yield number, ("joints", place, lambda each, value: replace(each, armature=value))
-            where, phrase = f"{path}.friction_N_m_s_per_rad", f"the friction of {moved.name}"
-            number = Parameter(where, moved.friction, "N m s/rad" if turns else "N s/m", phrase)
-            yield number, ("joints", place, lambda each, value: replace(each, friction=value))
+                unit, phrase = "kg m^2" if turns else "kg", f"the armature of {moved.name}"
+                number = Parameter(f"{path}.armature", moved.armature, unit, phrase)
+                yield number, ("joints", place, partial(_change_field, "armature"))
+            unit, phrase = "N m s/rad" if turns else "N s/m", f"the friction of {moved.name}"
+            number = Parameter(f"{path}.friction_N_m_s_per_rad", moved.friction, unit, phrase)
+            yield number, ("joints", place, partial(_change_field, "friction"))
 
     @property
     def levels(self) -> tuple[RigidLevel, ...]:
@@ -298,9 +297,8 @@ class SpatialRobot(ComparedMechanism):
         bodies, links = list(robot.bodies), tables["links"]
         for body in changed:
             bodies[body] = merge_bodies(body, list(links.values()), dict(robot.frames))
-        joints, rotors, stages = (tuple(tables[name]) for name in TABLES)
-        bent = replace(robot, joints=joints, rotors=rotors, stages=stages, bodies=tuple(bodies))
-        return SpatialRobot(bent, links)
+        parts: dict[str, Any] = {name: tuple(tables[name]) for name in TABLES}
+        return SpatialRobot(replace(robot, bodies=tuple(bodies), **parts), links)
 
     def turn(self, gravity: np.ndarray) -> SpatialRobot:
         """The robot on another base."""
@@ -315,8 +313,12 @@ def _change_body(name: str, at: tuple[int, ...], link: UrdfLink, value: float) -
     assert link.body is not None
     numbers = np.array(getattr(link.body, name))
     numbers[at] = numbers[at[::-1]] = value
-    parts = vars(link.body) | {name: numbers if at else value}
-    return replace(link, body=RobotBody(**parts))
+    changed: dict[str, Any] = {name: numbers if at else value}
+    return replace(link, body=replace(link.body, **changed))
+
+
+def _change_field(field: str, record: Any, value: float) -> Any:
+    return replace(record, **{field: value})
 
 
 def _change_gears(field: str, stage: JointStage, value: float) -> JointStage:

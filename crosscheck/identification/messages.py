@@ -27,13 +27,12 @@ SIDE_PHRASES: dict[Side, str] = {
     "joint": "torques at the joints",
     "between": "torques of the motors less those at the joints",
 }
-FITS: dict[Side, str] = {
-    "motor": "The recording fits",
-    "joint": "Judged by the torques at the joints, the recording fits",
-}
-NONE_FITS: dict[Side, str] = {
-    "motor": "No level fits the recording with the file's numbers",
-    "joint": "Judged by the torques at the joints, no level fits with the file's numbers",
+FITS: dict[Side, tuple[str, str]] = {
+    "motor": ("The recording fits", "No level fits the recording"),
+    "joint": (
+        "Judged by the torques at the joints, the recording fits",
+        "Judged by the torques at the joints, no level fits",
+    ),
 }
 LARGE_REST_PERCENT = 20.0  # unexplained share of torques at which links and friction explain little
 LARGE_FACTOR = 10.0  # on the torques of the file's links, from which on units are suspected
@@ -74,7 +73,8 @@ def _describe_judgement(
     mechanism: ComparedMechanism, side: SideResult, judgement: FileJudgement
 ) -> Iterator[str]:
     """Whether the files' numbers explain the torques of a side, or a change of one does."""
-    fits, none = FITS[side.side], NONE_FITS[side.side]
+    fits, none = FITS[side.side]
+    none += " with the file's numbers"
     best, explanations = judgement.best, judgement.explanations
     least = judgement.levels[0]
     left = f"{_format_most(least)} times that of freely fitted links"
@@ -82,9 +82,11 @@ def _describe_judgement(
     if judgement.explained and len(explanations) == 1:
         yield f"{fits} {name(best.level)} with the file's numbers{_add_friction(mechanism, side)}."
         others = sorted(judgement.levels[1:], key=lambda each: each.surprise)[:1]
-        ratios = [(each.level, _format_ratio(judgement.compare(each, best))) for each in others]
-        beside = [f"; {each}, the next best, is {by} times less likely" for each, by in ratios]
-        yield f"Its residual is {left}{''.join(beside)}."
+        beside = ""
+        for each in others:
+            by = _format_ratio(judgement.compare(each, best))
+            beside = f"; {each.level}, the next best, is {by} times less likely"
+        yield f"Its residual is {left}{beside}."
     elif judgement.explained:
         names = " and ".join(each.level for each in explanations)
         friction = _add_friction(mechanism, side)
@@ -120,8 +122,8 @@ def _describe_judgement(
 def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
     """A level with one number of the file changed."""
     parameter, estimate = change.parameter, change.estimate
-    if parameter is None or estimate is None:
-        return f"{mechanism.describe_level(change.level)} with the file's numbers"
+    assert parameter is not None  # as of every change
+    assert estimate is not None
     return (
         f"{mechanism.describe_level(change.level)} if {parameter.phrase} is"
         f" {_format_change(estimate)}; the file says {format_exact(parameter.value)}"
@@ -170,14 +172,9 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
 
 def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
     """The terms that the torques need beside any links."""
-    for side in comparison.sides:
-        if side.links == "scaled":
-            identified = next(
-                each
-                for each in comparison.sides
-                if (each.side, each.links) == (side.side, "identified")
-            )
-            yield from _describe_scaled(side, identified)
+    for place, side in enumerate(comparison.sides):
+        if side.links == "scaled":  # after the same side with identified links
+            yield from _describe_scaled(side, comparison.sides[place - 1])
         else:
             yield from _describe_side(side)
             pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)

@@ -265,10 +265,8 @@ def _draw_ratios(comparison: RecordComparison) -> str:
     from crosscheck.report.plots.dots import draw_dots
     from crosscheck.report.plots.figures import to_svg
 
-    for side in comparison.sides:
-        if side.judgement is None:
-            continue
-        rows = (*side.judgement.levels, *side.judgement.changes)
+    for side, judgement in zip(comparison.judged_sides[:1], comparison.judgements, strict=False):
+        rows = (*judgement.levels, *judgement.changes)
         names = [
             each.level + (f", {each.parameter.phrase} changed" if each.parameter else "")
             for each in rows

@@ -24,7 +24,7 @@ from crosscheck.identification.bodies import (
     find_thickness,
     solve_bodies,
 )
-from crosscheck.identification.estimation import count_alike_rows, joint_rms
+from crosscheck.identification.estimation import LinearFit, count_alike_rows
 from crosscheck.identification.sampling import BandSample
 from crosscheck.identification.structure import draw_samples, find_basis
 from crosscheck.identification.terms import (
@@ -85,9 +85,8 @@ class RecordedTorque:
     """Torques of a side, and how their rows are weighed.
 
     samples: all joints, without payload_torque (rows, measured); measured (n,): joints whose
-    torque is known; shown (rows, measured): rows that count; residual (rows,
-    measured): what the terms of identified links leave; chosen: numbers of the columns that are
-    independent over all motions; quantile: how many standard errors are half of an interval.
+    torque is known; chosen: numbers of the columns that are independent over all motions; fit: by
+    these.
     """
 
     robot: Robot
@@ -95,22 +94,20 @@ class RecordedTorque:
     samples: BandSample
     payload_torque: np.ndarray
     measured: np.ndarray
-    shown: np.ndarray
-    residual: np.ndarray
     chosen: np.ndarray
-    quantile: float
+    fit: LinearFit
 
     @property
     def deviations(self) -> np.ndarray:
         """Standard deviations (measured,) that divide a row's weight by its number of like rows."""
         alike = [
             max(
-                count_alike_rows(self.residual[first:last], joint)
+                count_alike_rows(self.fit.residual[first:last], joint)
                 for first, last in pairwise(self.samples.starts)
             )
-            for joint in range(self.residual.shape[1])
+            for joint in range(len(self.fit.sigma))
         ]
-        return joint_rms(self.residual, self.shown.sum(axis=0)) * np.sqrt(alike)
+        return self.fit.sigma * np.sqrt(alike)
 
 
 @dataclass(frozen=True)
@@ -205,19 +202,6 @@ def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
     return Refinement(knowledge, tuple(_judge_level(record, knowledge, each) for each in levels))
 
 
-def link_deviations(values: np.ndarray, share: float) -> np.ndarray:
-    """Standard deviations of links' parameters (10 each) that are known to a share.
-
-    The share is relative to a mass m, to the mean I of the moments of inertia about the joint's
-    frame, and to the root of m I for first moments: products may be zero and still uncertain.
-    """
-    bodies = values.reshape(-1, BODY)
-    mass = bodies[:, 0]
-    inertia = (bodies[:, 4] + bodies[:, 6] + bodies[:, 9]) / 3
-    first = np.sqrt(np.maximum(mass * inertia, 0.0))
-    return share * np.column_stack([mass, *[first] * 3, *[inertia] * 6]).ravel()
-
-
 class _LinearTerms:
     """Columns of links, friction and rotors at a level, at any positions of the joints."""
 
@@ -231,17 +215,13 @@ class _LinearTerms:
             if level == "armature":
                 kinds += ROTOR_KINDS
             geared = {f"armature of {robot.joints[rotor.joint].name}" for rotor in robot.rotors}
-            numbers = every.numbers(*kinds).tolist()
-            kept = [
-                number
-                for number in numbers
-                if not geared
-                or every.terms[number].kind not in ROTOR_KINDS
-                or every.terms[number].name in geared
+            is_bare = [
+                bool(geared) and each.kind in ROTOR_KINDS and each.name not in geared
+                for each in every.terms
             ]
-            self._chosen = np.array(kept)
-        first = self._compute(record.samples)
-        shown = (first.values * record.shown[:, :, None]).any(axis=(0, 1))
+            self._chosen = np.setdiff1d(every.numbers(*kinds), np.flatnonzero(is_bare))
+        first = filter_columns(record.samples, self._compute)
+        shown = (first.values * record.fit.shown[:, :, None]).any(axis=(0, 1))
         is_link = np.array([term.kind == "links" for term in first.terms])
         # A possible body has all its parameters, those that the motion does not show among them.
         self._shown = np.flatnonzero(shown | is_link if knowledge.are_possible else shown)
@@ -251,20 +231,18 @@ class _LinearTerms:
         self.is_link = np.array([term.kind == "links" for term in self.terms])
 
     def _compute(self, samples: BandSample) -> Regressor:
-        return filter_columns(samples, self._compute_motion)
-
-    def _compute_motion(self, samples: BandSample) -> Regressor:
+        """The columns at samples that are not filtered."""
         record = self.record
         columns = build_columns(record.robot, record.shared, samples).select(self._chosen)
         if self._rotors is not None:
             rotors = self._rotors.compute(samples)
             values = np.concatenate([columns.values, rotors.values], axis=2)
             columns = Regressor(columns.terms + rotors.terms, values)
-        return Regressor(columns.terms, columns.values[:, record.measured])
+        return columns.measure(record.measured)
 
     def compute(self, samples: BandSample, zeros: np.ndarray) -> np.ndarray:
         """Columns (rows, measured, terms) where encoders read too little by zeros (n,)."""
-        return self._compute(samples.turn(zeros)).select(self._shown).values
+        return filter_columns(samples.turn(zeros), self._compute).values[:, :, self._shown]
 
     def differentiate(
         self, samples: BandSample, zeros: np.ndarray, values: np.ndarray, is_free: np.ndarray
@@ -289,10 +267,8 @@ def _find_contained_zeros(terms: _LinearTerms) -> tuple[np.ndarray, np.ndarray]:
     none = np.zeros(len(record.measured))
     columns = terms.compute(random, none)
     flat = columns.reshape(-1, columns.shape[2])
-    given = build_columns(record.robot, record.shared, random)
-    numbers = given.numbers("links")
-    values = np.array([given.terms[number].value for number in numbers])
-    torque = (given.values[:, record.measured][:, :, numbers] @ values).ravel()
+    links = LinkRegressor(record.robot)
+    torque = (links.compute(*random.states) @ links.values)[:, record.measured].ravel()
     base = np.zeros(len(terms.terms))
     base[terms.is_link] = np.linalg.lstsq(flat[:, terms.is_link], torque, rcond=None)[0]
     slopes = terms.differentiate(random, none, base, none == 0)
@@ -329,16 +305,16 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
     precision, mean = np.zeros((0, count)), np.zeros(count)
     if knowledge.links is not None:
         mean[terms.is_link] = [term.value or 0.0 for term in terms.terms if term.kind == "links"]
-        precision = _weigh_links(record, terms, knowledge.links)
+        precision = _weigh_links(terms, knowledge.links)
     elif is_free.any():
         contained, mean = _find_contained_zeros(terms)
         is_free &= ~contained
     if is_free.any():
         slopes = terms.differentiate(record.samples, 0.0 * is_free, mean, is_free)
-        is_free[is_free] = (slopes * record.shown[:, :, None]).any(axis=(0, 1))
+        is_free[is_free] = (slopes * record.fit.shown[:, :, None]).any(axis=(0, 1))
     gains = int(record.measured.sum()) if "gains" in knowledge.unknown else 0
     state = np.concatenate([mean, np.ones(gains), np.zeros(int(is_free.sum()))])
-    weights = record.shown / record.deviations
+    weights = record.fit.shown / record.deviations
     torque = record.samples.torque[:, record.measured]
     prior = np.hstack([precision, np.zeros((len(precision), len(state) - count))])
     expected = prior @ state
@@ -383,14 +359,15 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         for name in (names[record.measured] if gains else ())
     ]
     every += [
-        TorqueTerm("zero", f"encoder zero of {names[place]}", _position_unit(robot, place), 0.0)
+        TorqueTerm("zero", f"encoder zero of {names[place]}", robot.joint_units[names[place]], 0.0)
         for place in np.flatnonzero(is_free).tolist()
     ]
-    estimates = [
-        _invert(term, value, error, record.quantile)
-        for term, value, error in zip(every, state.tolist(), solution.errors.tolist(), strict=True)
-        if term.kind != "links"
-    ]
+    estimates = []
+    for term, value, error in zip(every, state.tolist(), solution.errors.tolist(), strict=True):
+        if term.kind == "gain":  # the inverse of the factor on the stated torques
+            value, error = 1 / value, error / value**2
+        if term.kind != "links":
+            estimates.append(TermEstimate(term, value, error, record.fit.interval * error))
     return LevelFit(
         level=level,
         chi_squared=float((right**2).sum()),
@@ -421,27 +398,18 @@ def _complete_links(terms: _LinearTerms, state: np.ndarray) -> np.ndarray:
     return np.array(list(by_name.values()))
 
 
-def _weigh_links(record: RecordedTorque, terms: _LinearTerms, share: float) -> np.ndarray:
-    """Rows (links' parameters, terms) with one over each parameter's standard deviation."""
-    regressor = build_columns(
-        record.robot, record.shared, draw_samples(record.robot, record.shared)
-    )
-    links = [regressor.terms[number] for number in regressor.numbers("links")]
-    spread = link_deviations(np.array([term.value for term in links]), share)
-    by_name = {term.name: deviation for term, deviation in zip(links, spread, strict=True)}
-    weights = [
-        1 / by_name[term.name] if term.kind == "links" and by_name[term.name] > 0 else 0.0
-        for term in terms.terms
-    ]
+def _weigh_links(terms: _LinearTerms, share: float) -> np.ndarray:
+    """Rows (links' parameters, terms) with one over each parameter's standard deviation.
+
+    The share is relative to a mass m, to the mean I of the moments of inertia about the joint's
+    frame, and to the root of m I for first moments: products may be zero and still uncertain.
+    """
+    regressor = LinkRegressor(terms.record.robot)
+    bodies = regressor.values.reshape(-1, BODY)
+    mass, inertia = bodies[:, 0], (bodies[:, 4] + bodies[:, 6] + bodies[:, 9]) / 3
+    first = np.sqrt(np.maximum(mass * inertia, 0.0))
+    spread = share * np.column_stack([mass, *[first] * 3, *[inertia] * 6]).ravel()
+    by_name = dict(zip(regressor.names, spread.tolist(), strict=True))
+    deviations = np.array([by_name.get(term.name, 0.0) for term in terms.terms])
+    weights = np.divide(1.0, deviations, out=np.zeros(len(deviations)), where=deviations > 0)
     return np.diag(weights)[terms.is_link]
-
-
-def _position_unit(robot: Robot, place: int) -> str:
-    return "rad" if robot.joints[robot.coordinates[place]].kind == "revolute" else "m"
-
-
-def _invert(term: TorqueTerm, value: float, error: float, quantile: float) -> TermEstimate:
-    """The estimate of a term; a gain's is the inverse of the factor on the stated torques."""
-    if term.kind == "gain":
-        value, error = 1 / value, error / value**2
-    return TermEstimate(term, value, error, quantile * error)

@@ -198,11 +198,10 @@ class FileFits:
         self._body_names = LinkRegressor(robot).names
 
         def compute(piece: BandSample) -> Regressor:
-            columns = build_columns(robot, shared, piece)
+            columns = build_columns(robot, shared, piece).measure(measured)
             return columns.select(columns.numbers("links", *FRICTION_KINDS))
 
         columns = filter_columns(samples, compute)
-        columns = Regressor(columns.terms, columns.values[:, measured])
         self._links = columns.values[:, :, columns.numbers("links")]
         friction = columns.select(columns.numbers(*FRICTION_KINDS))
         shown = Regressor(friction.terms, friction.values * full.shown[:, :, None])
@@ -210,7 +209,7 @@ class FileFits:
 
     def judge(self, levels: Sequence[RigidLevel]) -> FileJudgement:
         """The levels with the files' numbers; single changes where none of these explains."""
-        fits = [self._fit(level, None, None) for level in levels]
+        fits = [self._fit(level) for level in levels]
         changes: list[Restriction] = []
         if not any(fit.explains for fit in fits):
             for level in levels:
@@ -223,11 +222,10 @@ class FileFits:
         """The fits of changed numbers with the smallest residual."""
         numbers, columns = [], []
         for parameter in self._mechanism.parameters:
-            if not parameter.is_friction:
-                column = self._compute_column(level, parameter)
-                if column is not None and (column * self._full.shown).any():
-                    numbers.append(parameter)
-                    columns.append(column)
+            column = None if parameter.is_friction else self._compute_column(level, parameter)
+            if column is not None and (column * self._full.shown).any():
+                numbers.append(parameter)
+                columns.append(column)
         if not numbers:
             return
         table = np.stack(columns, axis=2)
@@ -245,40 +243,37 @@ class FileFits:
         for place in np.argsort(-falls)[:MOST_NUMBERS].tolist():
             yield self._settle(level, numbers[place], columns[place])
 
-    def repeat(self, restriction: Restriction, levels: Sequence[RigidLevel]) -> Restriction:
+    def repeat(self, restriction: Restriction) -> Restriction:
         """A restriction of another band in this one."""
-        (level,) = (each for each in levels if each.name == restriction.level)
-        parameter = restriction.parameter
-        column = None if parameter is None else self._compute_column(level, parameter)
-        if parameter is None or column is None:
-            return self._fit(level, None, None)
+        level, parameter = self._mechanism.find_level(restriction.level), restriction.parameter
+        if parameter is None:
+            return self._fit(level)
+        column = self._compute_column(level, parameter)
+        assert column is not None  # as in the other band
         return self._settle(level, parameter, column)
 
     def _settle(self, level: RigidLevel, parameter: Parameter, column: np.ndarray) -> Restriction:
         """Fit with one number free; a place takes several steps: moments have its square."""
-        fit = self._fit(level, parameter, column)
+        fit, value = self._fit(level, parameter, column), np.inf
+        number = fit.estimates[-1]
         for _ in range(PASSES if parameter.unit == "m" else 0):
-            if fit.mechanism is None or fit.estimate is None:
+            if fit.mechanism is None or abs(number.value - value) < SETTLED * number.error:
                 break
-            value = fit.estimate.value
-            (moved,) = (each for each in fit.mechanism.levels if each.name == level.name)
-            new = self._compute_column(moved, parameter._replace(value=value))
+            value = number.value
+            moved, there = fit.mechanism.find_level(level.name), parameter._replace(value=value)
+            new = self._compute_column(moved, there)
             if new is None:
                 break
-            fit = self._fit(moved, parameter._replace(value=value), new)
-            if (
-                fit.estimate is None
-                or abs(fit.estimate.value - value) < SETTLED * fit.estimate.error
-            ):
-                break
-        if fit.estimate is None:
-            return fit
-        term = replace(fit.estimate.term, value=parameter.value)
-        number = replace(fit.estimate, term=term)
+            fit = self._fit(moved, there, new)
+            number = fit.estimates[-1]
+        number = replace(number, term=replace(number.term, value=parameter.value))
         return replace(fit, parameter=parameter, estimates=(*fit.friction, number))
 
     def _fit(
-        self, level: RigidLevel, parameter: Parameter | None, column: np.ndarray | None
+        self,
+        level: RigidLevel,
+        parameter: Parameter | None = None,
+        column: np.ndarray | None = None,
     ) -> Restriction:
         """The fit of a level, with a number if it is given with its column (rows, joints)."""
         terms, columns = list(self._friction.terms), self._friction.values
@@ -323,9 +318,8 @@ class FileFits:
         ]
         parts = []
         for _, piece in self._samples.pieces():
-            motion = piece.motion.q, piece.motion.v, piece.motion.a
-            added = models[0].inverse_dynamics(*motion) - models[1].inverse_dynamics(*motion)
-            parts.append(piece.filter(added))
+            whole, links = (model.inverse_dynamics(*piece.motion.states) for model in models)
+            parts.append(piece.filter(whole - links))
         return np.concatenate(parts)[:, self._measured]
 
     def _compute_column(self, level: RigidLevel, parameter: Parameter) -> np.ndarray | None:

@@ -12,7 +12,6 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from scipy.interpolate import CubicSpline
 from scipy.sparse import block_diag, csr_array
 
-from crosscheck.recordings.even_signals import EvenSignals, continue_signal
 from crosscheck.recordings.record import Record
 
 # Order of the Butterworth filter, which runs forth and back: its square in size, and no phase. At
@@ -52,6 +51,38 @@ CUBIC = 4  # coefficients of the curve over a turn
 # Share of a joint's motion power that a band must hold: with less, edges and noise dominate.
 MOTION_SHARE = 0.9
 LEAST_PERIODS = 20.0  # periods of a band in a recording
+EVEN = 1e-3  # share of a step: times so near to even ones count as even
+
+
+class EvenSignals(NamedTuple):
+    """Rows of position and torque (rows, n) so much time apart [s]."""
+
+    step: float
+    position: np.ndarray
+    torque: np.ndarray
+
+
+def space_signals(recording: Record, torque: np.ndarray) -> EvenSignals:
+    """A recording's positions and a torque of it (rows, n) at even times, by lines between rows."""
+    signals, time = [recording.position, torque], recording.time
+    even, step = np.linspace(time[0], time[-1], len(time), retstep=True)
+    if np.abs(even - time).max() >= EVEN * step:
+        signals = [
+            np.column_stack([np.interp(even, time, each) for each in signal.T])
+            for signal in signals
+        ]
+    return EvenSignals(recording.step, *signals)
+
+
+def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
+    """A signal (rows, ...) with so many rows more at its ends: turned about them."""
+    return np.concatenate(
+        [
+            2 * signal[0] - signal[before:0:-1],
+            signal,
+            2 * signal[-1] - signal[-2 : -behind - 2 : -1],
+        ]
+    )
 
 
 @dataclass(frozen=True)
@@ -78,6 +109,11 @@ class BandSample:
     step: float
     dense: BandSample | None = None
     weights: csr_array | None = None
+
+    @property
+    def states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Positions, rates and accelerations (rows, n)."""
+        return self.q, self.v, self.a
 
     @property
     def motion(self) -> BandSample:

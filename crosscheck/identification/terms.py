@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -89,6 +88,10 @@ class Regressor:
         """The columns of these numbers, in this order."""
         return Regressor(tuple(self.terms[index] for index in chosen), self.values[:, :, chosen])
 
+    def measure(self, measured: np.ndarray) -> Regressor:
+        """The columns at joints whose torque is measured (n,) alone."""
+        return Regressor(self.terms, self.values[:, measured])
+
     def numbers(self, *kinds: TermKind) -> np.ndarray:
         """Numbers of the columns of these kinds."""
         return np.array([n for n, term in enumerate(self.terms) if term.kind in kinds], dtype=int)
@@ -107,7 +110,7 @@ def shared_motors(transmission: np.ndarray) -> np.ndarray:
 def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regressor:
     """Columns of all terms of a robot at samples; shared: rows of motors that joints share."""
     regressor = LinkRegressor(robot)
-    links = regressor.compute(samples.q, samples.v, samples.a)
+    links = regressor.compute(*samples.states)
     terms = [
         TorqueTerm("links", name, "SI", float(value))
         for name, value in zip(regressor.names, regressor.values, strict=True)
@@ -115,10 +118,8 @@ def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regr
     parts = [links]
     given = links @ regressor.values
     for joint, name in enumerate(robot.coordinate_names):
-        alone = np.zeros(given.shape)
-        alone[:, joint] = given[:, joint]
         terms.append(TorqueTerm("scale", f"the file's links at {name}", "", 1.0))
-        parts.append(alone[:, :, None])
+        parts.append(_keep_joint(given, joint)[:, :, None])
     # Linear beside the file's links alone: of other links it would be multiplied by these.
     terms += [
         TorqueTerm("gravity", f"gravity along {axis} beyond the file's", "m/s^2", 0.0)
@@ -159,10 +160,8 @@ class RotorRegressor:
         bare = replace(robot, joints=joints, rotors=(), stages=())
         self._links = build_robot_model(reference_engine(), bare, "links")
         self._turning = [
-            build_robot_model(
-                reference_engine(), replace(bare, rotors=(_unit_rotor(rotor),)), "coupled"
-            )
-            for rotor in rotors
+            build_robot_model(reference_engine(), replace(bare, rotors=(each,)), "coupled")
+            for each in (replace(rotor, inertia=rotor.ratio**-2, mesh=None) for rotor in rotors)
         ]
         self.terms = tuple(
             TorqueTerm(
@@ -176,16 +175,10 @@ class RotorRegressor:
 
     def compute(self, samples: BandSample) -> Regressor:
         """The columns at samples."""
-        motion = samples.q, samples.v, samples.a
-        alone = self._links.inverse_dynamics(*motion)
-        parts = [model.inverse_dynamics(*motion) - alone for model in self._turning]
+        alone = self._links.inverse_dynamics(*samples.states)
+        parts = [model.inverse_dynamics(*samples.states) - alone for model in self._turning]
         shape = (*samples.q.shape, len(parts))
         return Regressor(self.terms, np.stack(parts, axis=2) if parts else np.zeros(shape))
-
-
-def _unit_rotor(rotor: Rotor) -> Rotor:
-    """The rotor with a reflected inertia of 1 kg m^2."""
-    return replace(rotor, inertia=rotor.ratio**-2, mesh=None)
 
 
 def _joint_columns(
@@ -194,13 +187,6 @@ def _joint_columns(
     """Terms of joints and of motors that they share, each with its column (rows, n)."""
     names = robot.coordinate_names
     turns = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
-    n = len(names)
-
-    def alone(joint: int, values: np.ndarray) -> np.ndarray:
-        column = np.zeros(samples.q.shape)
-        column[:, joint] = values
-        return column
-
     kinds: tuple[tuple[TermKind, np.ndarray, str, str], ...] = (
         ("offset", np.ones(samples.q.shape), "N m", "N"),
         ("viscous", samples.v, "N m s/rad", "N s/m"),
@@ -209,31 +195,28 @@ def _joint_columns(
     )
     values = _armatures(robot)
     for kind, signal, turning, sliding in kinds:
-        for joint in range(n):
+        for joint, name in enumerate(names):
             value = values[joint] if kind == "armature" else None
             unit = turning if turns[joint] else sliding
-            yield (
-                TorqueTerm(kind, f"{kind} of {names[joint]}", unit, value),
-                alone(joint, signal[:, joint]),
-            )
+            yield TorqueTerm(kind, f"{kind} of {name}", unit, value), _keep_joint(signal, joint)
     for motor, row in enumerate(shared):
-        joints = [int(joint) for joint in np.flatnonzero(row)]
-        together = " and ".join(names[joint] for joint in joints)
+        together = " and ".join(names[joint] for joint in np.flatnonzero(row))
         column = samples.shared_direction[:, motor, None] * row
         yield TorqueTerm("shared coulomb", f"coulomb of the motor of {together}", "N m"), column
         mixed: tuple[tuple[TermKind, np.ndarray, str], ...] = (
             ("shared viscous", samples.v, "N m s/rad"),
             ("shared armature", samples.a, "kg m^2"),
         )
+        between = np.outer(row, row) * (1 - np.eye(len(row)))  # of each joint by the others
         for kind, signal, unit in mixed:
-            column = np.zeros(samples.q.shape)
-            for first, second in combinations(joints, 2):
-                factor = row[first] * row[second]
-                column[:, first] += factor * signal[:, second]
-                column[:, second] += factor * signal[:, first]
             noun = kind.removeprefix("shared ")
-            yield TorqueTerm(kind, f"{noun} that {together} share", unit), column
+            yield TorqueTerm(kind, f"{noun} that {together} share", unit), signal @ between
     yield TorqueTerm("delay", "delay of all torques", "s"), -samples.torque_rate
+
+
+def _keep_joint(signal: np.ndarray, joint: int) -> np.ndarray:
+    """The signal (rows, n) of a joint, 0 at all others."""
+    return np.where(np.arange(signal.shape[1]) == joint, signal, 0.0)
 
 
 def _armatures(robot: Robot) -> list[float | None]:

@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -42,10 +41,10 @@ class CsvTable:
 
         An empty cell is no number. Raises InputError.
         """
-        is_empty = True
-        for lines in self._read_lines():
+        rows, is_empty = self._read_rows(places), True
+        while piece := list(islice(rows, PIECE)):
             is_empty = False
-            yield self._parse(lines, places)
+            yield np.array(piece).reshape(len(piece), len(places))
         if is_empty:
             raise InputError(self.where, "", None, "has no rows below the names of its columns")
 
@@ -66,72 +65,45 @@ class CsvTable:
                 raise InputError(self.where, name, None, count)
         measured = [place for place, name in enumerate(columns) if name]
         places = [self.names.index(columns[at]) for at in measured]
-        rows, first_wrong = 0, np.zeros(len(columns), dtype=int)  # rows from 1; 0 without
-        holds_number = np.zeros(len(columns), dtype=bool)
+        rows, first_wrong, silent = 0, dict[int, int](), set(measured)  # rows from 1
         for values in self.read_pieces(places):
             chosen = np.full((len(values), len(columns)), np.nan)
             chosen[:, measured] = values
-            able = np.isfinite(chosen)
-            here = np.where(able.all(axis=0), 0, rows + 1 + able.argmin(axis=0))
-            first_wrong = np.where(first_wrong > 0, first_wrong, here)
-            holds_number |= able.any(axis=0)
+            for at, able in zip(measured, np.isfinite(values).T, strict=True):
+                if able.any():
+                    silent.discard(at)
+                if not able.all():
+                    first_wrong.setdefault(at, rows + 1 + int(able.argmin()))
             rows += len(values)
             yield chosen
-        wrong = [at for at in measured if first_wrong[at]]
-        if wrong:
-            place = min(wrong, key=lambda at: int(first_wrong[at]))
+        if first_wrong:
+            place = min(first_wrong, key=first_wrong.__getitem__)
             name = columns[place]
-            if not holds_number[place]:
+            if place in silent:
                 raise InputError(self.where, name, None, "is no number in any row: not measured?")
             field = f"{name}, row {first_wrong[place]}"
             raise InputError(self.where, field, None, "must be a number")
 
-    def _read_lines(self) -> Iterator[list[str]]:
-        """Lines that are not blank below the names, so many at a time, a dot before decimals."""
-        with _open_text(self.path) as text:
-            text.readline()
-            lines = (line for line in text if not line.isspace())
-            while piece := list(islice(lines, PIECE)):
-                yield piece if self.separator == "," else [_point(line) for line in piece]
-
-    def _parse(self, lines: list[str], places: Sequence[int]) -> np.ndarray:
-        """Cells of lines at these places as numbers (rows, places). Raises InputError."""
-        if any(_count_cells(line, self.separator) != len(self.names) for line in lines):
-            raise self._find_bad_line(places)
-        if not places:
-            return np.empty((len(lines), 0))
-        order, back = np.unique(places, return_inverse=True)
-        read = partial(
-            np.loadtxt, lines, delimiter=self.separator, ndmin=2, comments=None, quotechar='"'
-        )
-        try:
-            values = read(usecols=order)
-        except ValueError:
-            try:
-                values = read(usecols=order, converters=_read_cell)
-            except ValueError:
-                raise self._find_bad_line(places) from None
-        return np.asarray(values[:, back])
-
-    def _find_bad_line(self, places: Sequence[int]) -> InputError:
-        """The error of the first line that has not a number at all of these places."""
-        names = self.names
+    def _read_rows(self, places: Sequence[int]) -> Iterator[list[float]]:
+        """The numbers at these places, in each line below the names that is not blank."""
         with _open_text(self.path) as text:
             text.readline()
             for number, line in enumerate(text, 2):
                 if line.isspace():
                     continue
-                cells = _split(line if self.separator == "," else _point(line), self.separator)
-                if len(cells) != len(names):
-                    reason = f"has {len(cells)} columns, must have {len(names)}, as line 1"
-                    return InputError(self.where, f"line {number}", None, reason)
-                for place in sorted(places):
+                decimal = line if self.separator == "," else line.replace(",", ".")
+                cells, row = _split(decimal, self.separator), list[float]()
+                if len(cells) != len(self.names):
+                    reason = f"has {len(cells)} columns, must have {len(self.names)}, as line 1"
+                    raise InputError(self.where, f"line {number}", None, reason)
+                for place in places:
                     try:
-                        _read_cell(cells[place])
+                        row.append(float(cells[place] or "nan"))
                     except ValueError:
-                        field = f"line {number}, {names[place]}"
-                        return InputError(self.where, field, cells[place][:40], "must be a number")
-        return InputError(self.where, "", None, "cannot be read as a table")
+                        field = f"line {number}, {self.names[place]}"
+                        shown = cells[place][:40]
+                        raise InputError(self.where, field, shown, "must be a number") from None
+                yield row
 
 
 def open_table(path: Path) -> CsvTable:
@@ -143,7 +115,7 @@ def open_table(path: Path) -> CsvTable:
     with _open_text(path) as text:
         head = text.readline().strip().removeprefix("#")
     separator = next((each for each in (";", "\t", ",") if each in head), None)
-    names = tuple(name.strip() for name in _split(head, separator)) or ("",)
+    names = tuple(_split(head, separator)) or ("",)
     if all(re.fullmatch(r"[-+.,\deE]+", name) for name in names):
         reason = "holds numbers; must hold the columns' names"
         raise InputError(str(path), "line 1", None, reason)
@@ -156,22 +128,6 @@ def _split(line: str, separator: str | None) -> list[str]:
         return [cell.strip() for cell in line.split(separator)]
     quoted = csv.reader([line.strip()], delimiter=separator or " ", skipinitialspace=True)
     return [cell.strip() for cell in next(quoted, [])]
-
-
-def _count_cells(line: str, separator: str | None) -> int:
-    if '"' in line or separator is None:
-        return len(_split(line, separator))
-    return line.count(separator) + 1
-
-
-def _point(line: str) -> str:
-    """The line with a dot before decimals."""
-    return line.replace(",", ".")
-
-
-def _read_cell(cell: str) -> float:
-    """The number in a cell; none in an empty one. Raises ValueError."""
-    return float(cell) if cell.strip() else np.nan
 
 
 @contextmanager

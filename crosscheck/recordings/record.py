@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,7 @@ UNITS: dict[str, dict[str, float]] = {
     "torque": {"N_m": 1.0, "mN_m": 1e-3, "N": 1.0},
 }
 OF_SLIDES = {"m", "mm", "m_per_s", "mm_per_s", "N"}  # units of joints that slide, and of no others
+SIGNALS = ("theta", "theta_dot", "torque")
 NUMBERED = re.compile(r"(theta_dot|theta|torque)_(\d+)_(.+)")
 TOGETHER = re.compile(r"(theta_dot|theta|torque)_(.+)")
 # Usual names of a record's quantities, without units, for `rename` in a message.
@@ -126,23 +127,22 @@ def read_record(
     else:
         content = read_input(path, LARGEST_FILE)
         columns = read_in_subprocess(where, _read_arrays, where, content, within_s=READING_S)
-    time = _select_column(where, columns, "t", None, slides)
-    tables = {kind: _build_table(where, columns, kind, joints, slides) for kind in list(UNITS)[1:]}
+    file = _FileColumns(where, columns, slides)
+    time, tables = file.select("t"), {kind: file.build_table(kind, joints) for kind in SIGNALS}
     angles = tables["theta"]
     if time is None or angles is None:
         by_kind = {"t": time, **tables}
         missing = [kind for kind in NOUNS if by_kind[kind] is None]
-        names = (_allowed_names(kind, None if kind == "t" else 1, slides)[0] for kind in missing)
+        names = (file.allowed_names(kind, None if kind == "t" else 1)[0] for kind in missing)
         reason = f"has no {' and no '.join(NOUNS[kind] for kind in missing)}; columns must be"
         reason += f" {', '.join(names)}, ..., or a TOML file names them"
-        raise InputError(where, "", None, reason + _suggest_names(columns, slides))
+        raise InputError(where, "", None, reason + file.suggest_names())
     require_even_enough(where, time)
-    for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
+    # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
+    for kind, nothing in (("theta_dot", "rates are 0 or"), ("torque", "torques are")):
         table = tables[kind]
-        # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
         if table is not None and table.size and not _is_stated(kind, table):
-            noun = {"theta_dot": "rates", "torque": "torques"}[kind]
-            notes.append(f"the {noun} are {nothing} in every row and count as not stated")
+            notes.append(f"the {nothing} no number in every row and count as not stated")
             tables[kind] = None
     for kind, table in tables.items():
         if table is not None:
@@ -175,30 +175,97 @@ def _has_known_unit(name: str) -> bool:
     return match is not None and match[match.lastindex or 0] in UNITS[match[1]]
 
 
-def _allowed_names(kind: str, number: int | None, slides: Collection[int]) -> list[str]:
-    """Names of the column of a kind, with each unit that it may have, the SI unit first."""
-    begin = kind if number is None else f"{kind}_{number}"
-    is_slide = number in slides
-    return [f"{begin}_{unit}" for unit in UNITS[kind] if (unit in OF_SLIDES) == is_slide]
+class _FileColumns(NamedTuple):
+    """Columns of a file by name; slides: numbers, from 1, of the joints that slide."""
+
+    where: str
+    columns: Mapping[str, np.ndarray]
+    slides: Collection[int]
+
+    def allowed_names(self, kind: str, number: int | None) -> list[str]:
+        """Names of the column of a kind, with each unit that it may have, the SI unit first."""
+        begin, is_slide = _begin_name(kind, number), number in self.slides
+        return [f"{begin}_{unit}" for unit in UNITS[kind] if (unit in OF_SLIDES) == is_slide]
+
+    def suggest_names(self) -> str:
+        """Names that a file's columns may need, as the end of a sentence."""
+        names, renamed, others = [name for name in self.columns if name], [], list[str]()
+        counts: Counter[str] = Counter()
+        for name in names:
+            word = re.split(r"[\s\[(]", name.lower())[0]
+            kind = next((kind for kind, likely in LIKELY.items() if likely.fullmatch(word)), None)
+            if kind is not None and not _has_known_unit(name):
+                counts[kind] += 1
+                si, *rest = self.allowed_names(kind, None if kind == "t" else counts[kind])
+                renamed.append(f"{name} to {si}")
+                others += rest if counts[kind] == 1 else []
+        seen = f"; its columns are {', '.join(names)[:120]}" if names else ""
+        by_unit = f", or {', '.join(others)}, by unit" if others else ""
+        return f"{seen}: rename {', '.join(renamed)}{by_unit}" if renamed else seen
+
+    def select(self, kind: str, number: int | None = None) -> np.ndarray | None:
+        """The column of a kind in SI units; None where there is none. Raises InputError."""
+        begin, allowed = _begin_name(kind, number), self.allowed_names(kind, number)
+        there = [unit for unit in UNITS[kind] if f"{begin}_{unit}" in self.columns]
+        if len(there) > 1:
+            raise self.refuse(begin, f"is there in {' and in '.join(there)}")
+        names = " or ".join(allowed)
+        if begin in self.columns and not there:
+            raise self.refuse(
+                begin, f"has no unit in its name; must be {names}{self.suggest_names()}"
+            )
+        for unit in there:
+            name = f"{begin}_{unit}"
+            if name not in allowed:
+                moves = "slides" if number in self.slides else "turns"
+                raise self.refuse(name, f"joint {number} {moves}; must be {names}")
+            values = self.columns[name]
+            if values.size != max(values.shape, default=1):
+                raise self.refuse(name, f"has shape {values.shape}; must be a column")
+            return np.ravel(values) * UNITS[kind][unit]
+        return None
+
+    def build_table(self, kind: str, joints: int) -> np.ndarray | None:
+        """Angles, rates or torques by `kind`, (N, joints) in SI units; None where there are none.
+
+        Raises InputError for a joint too many or too few.
+        """
+        for unit, factor in UNITS[kind].items():
+            values = self.columns.get(name := f"{kind}_{unit}")
+            if values is None:
+                continue
+            if joints == 1 and values.ndim == 1:
+                values = values[:, None]
+            if values.ndim != 2 or values.shape[1] != joints:
+                allowed = f"(times, {joints}), one column a joint"
+                raise self.refuse(name, f"has shape {values.shape}; must be {allowed}")
+            return values * factor
+        matches = filter(None, map(NUMBERED.fullmatch, self.columns))
+        numbers = {match[2] for match in matches if match[1] == kind}
+        wrong = sorted(numbers - {str(number) for number in range(1, joints + 1)})
+        if wrong:
+            reason = f"there are {joints} joints, numbered from 1"
+            raise self.refuse(f"{kind}_{wrong[0]}", reason)
+        columns = [self.select(kind, number) for number in range(1, joints + 1)]
+        given = [values for values in columns if values is not None]
+        if not given:
+            return None
+        for number, column in enumerate(columns, 1):
+            if column is None:
+                names = " or ".join(self.allowed_names(kind, number))
+                raise self.refuse(f"{kind}_{number}", f"is missing; must be {names}")
+            if len(column) != len(given[0]):
+                reason = f"has {len(column)} rows, {kind}_1 has {len(given[0])}"
+                raise self.refuse(f"{kind}_{number}", reason)
+        return np.stack(given, axis=1)
+
+    def refuse(self, name: str, reason: str) -> InputError:
+        """The error of a column."""
+        return InputError(self.where, name, None, reason)
 
 
-def _suggest_names(columns: Iterable[str], slides: Collection[int]) -> str:
-    """Names that a file's columns may need, as the end of a sentence."""
-    names, renamed = [name for name in columns if name], []
-    others = list[str]()
-    counts: Counter[str] = Counter()
-    for name in names:
-        word = re.split(r"[\s\[(]", name.lower())[0]
-        kind = next((kind for kind, likely in LIKELY.items() if likely.fullmatch(word)), None)
-        if kind is not None and not _has_known_unit(name):
-            counts[kind] += 1
-            number = None if kind == "t" else counts[kind]
-            si, *rest = _allowed_names(kind, number, slides)
-            renamed.append(f"{name} to {si}")
-            others += rest if counts[kind] == 1 else []
-    seen = f"; its columns are {', '.join(names)[:120]}" if names else ""
-    by_unit = f", or {', '.join(others)}, by unit" if others else ""
-    return f"{seen}: rename {', '.join(renamed)}{by_unit}" if renamed else seen
+def _begin_name(kind: str, number: int | None) -> str:
+    return kind if number is None else f"{kind}_{number}"
 
 
 BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped
@@ -243,15 +310,14 @@ def _read_messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) ->
     able = sorted({each.topic for each in bag.connections if each.msgtype == MESSAGE})
     chosen = [topic] if topic else able
     if len(chosen) != 1 or chosen[0] not in able:
-        reason_start = f"has no topic {topic} of {MESSAGE}" if topic else "needs --topic"
-        reason = f"{reason_start}; topics of {MESSAGE}: {', '.join(able) or 'none'}"
+        reason = f"has no topic {topic} of {MESSAGE}" if topic else "needs --topic"
+        reason += f"; topics of {MESSAGE}: {', '.join(able) or 'none'}"
         raise InputError(where, "", None, reason)
     connections = [each for each in bag.connections if each.topic == chosen[0]]
     skipped: list[str] = []  # names of joints, a message each
-    stamps: list[int] = []
-    logged: list[int] = []
+    stamps: list[tuple[int, int]] = []  # in the header, and when it was logged [ns]
     rows: list[list[np.ndarray | None]] = []
-    for connection, time, raw in bag.messages(connections):
+    for connection, logged, raw in bag.messages(connections):
         state = bag.deserialize(raw, connection.msgtype)
         names, signals = list(state.name), [state.position, state.velocity, state.effort]
         missing = [name for name in joints if name not in names]
@@ -261,21 +327,19 @@ def _read_messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) ->
             skipped.append(there)
             continue
         if missing or not joints:
-            reason_start = (
-                f"has no joint {missing[0]}" if missing else "needs --joint for each joint"
-            )
-            raise InputError(where, "", None, f"{reason_start}; message {number} has {there}")
+            reason = f"has no joint {missing[0]}" if missing else "needs --joint for each joint"
+            raise InputError(where, "", None, f"{reason}; message {number} has {there}")
         order = [names.index(name) for name in joints]
         if any(len(each) not in (0, len(names)) for each in signals):
             reason = f"message {number} has another number of values than joints"
             raise InputError(where, "", None, reason)
         rows.append([each[order] if len(each) else None for each in signals])
-        stamps.append(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec)
-        logged.append(time)
+        stamps.append((state.header.stamp.sec * 10**9 + state.header.stamp.nanosec, logged))
     if not rows and skipped:
         reason = f"has no joint {joints[0]}; message 1 has {skipped[0]}"
         raise InputError(where, "", None, reason)
-    clock = stamps if any(stamps) else logged
+    headers, logs = zip(*stamps, strict=True) if stamps else ((), ())
+    clock = headers if any(headers) else logs
     columns = {"t_s": np.array([1e-9 * (each - clock[0]) for each in clock])}
     column_names = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # units of REP 103
     for kind, values in zip(column_names, zip(*rows, strict=True), strict=False):
@@ -295,88 +359,14 @@ def _read_arrays(where: str, content: bytes) -> dict[str, np.ndarray]:
             content,
             lambda names: [n for n in names if TRAJECTORY_NAMES.get(n, n).startswith(begins)],
         )
-        numbers = {n: values for n, values in arrays.items() if values.dtype.kind in "fiu"}
         return {
-            TRAJECTORY_NAMES.get(n, n): np.asarray(each, dtype=float) for n, each in numbers.items()
+            TRAJECTORY_NAMES.get(n, n): np.asarray(values, dtype=float)
+            for n, values in arrays.items()
+            if values.dtype.kind in "fiu"
         }
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
         reason = f"is no CSV, MAT, HDF5 or NetCDF file: {format_line(str(bad))[:200]}"
         raise InputError(where, "", None, reason) from None
-
-
-def _select_column(
-    where: str,
-    columns: Mapping[str, np.ndarray],
-    kind: str,
-    number: int | None,
-    slides: Collection[int],
-) -> np.ndarray | None:
-    """The column of a kind in SI units; None where there is none. Raises InputError."""
-    begin = kind if number is None else f"{kind}_{number}"
-    columns_by_unit = {unit: columns.get(f"{begin}_{unit}") for unit in UNITS[kind]}
-    there = {unit: values for unit, values in columns_by_unit.items() if values is not None}
-    if len(there) > 1:
-        raise InputError(where, begin, None, f"is there in {' and in '.join(there)}")
-    allowed = _allowed_names(kind, number, slides)
-    if begin in columns and not there:
-        names = " or ".join(allowed)
-        reason = f"has no unit in its name; must be {names}{_suggest_names(columns, slides)}"
-        raise InputError(where, begin, None, reason)
-    for unit in there:
-        if f"{begin}_{unit}" not in allowed:
-            motion = "slides" if number in slides else "turns"
-            reason = f"joint {number} {motion}; must be {' or '.join(allowed)}"
-            raise InputError(where, f"{begin}_{unit}", None, reason)
-    for unit, values in there.items():
-        if values.size != max(values.shape, default=1):
-            reason = f"has shape {values.shape}; must be a column"
-            raise InputError(where, f"{begin}_{unit}", None, reason)
-        return np.ravel(values) * UNITS[kind][unit]
-    return None
-
-
-def _build_table(
-    where: str,
-    columns: Mapping[str, np.ndarray],
-    kind: str,
-    joints: int,
-    slides: Collection[int],
-) -> np.ndarray | None:
-    """Angles, rates or torques by `kind`, (N, joints) in SI units; None where there are none.
-
-    Raises InputError for a joint too many or too few.
-    """
-    whole = [name for name in columns if (m := TOGETHER.fullmatch(name)) and m[1] == kind]
-    for name in whole:
-        unit = name.removeprefix(f"{kind}_")
-        if unit in UNITS[kind]:
-            values = columns[name]
-            if joints == 1 and values.ndim == 1:
-                values = values[:, None]
-            if values.ndim != 2 or values.shape[1] != joints:
-                reason = f"has shape {values.shape}; must be (times, {joints}), one column a joint"
-                raise InputError(where, name, None, reason)
-            return values * UNITS[kind][unit]
-    numbers = {m[2] for name in columns if (m := NUMBERED.fullmatch(name)) and m[1] == kind}
-    wrong = sorted(numbers - {str(number) for number in range(1, joints + 1)})
-    if wrong:
-        allowed = f"there are {joints} joints, numbered from 1"
-        raise InputError(where, f"{kind}_{wrong[0]}", None, allowed)
-    joint_columns = [
-        _select_column(where, columns, kind, number, slides) for number in range(1, joints + 1)
-    ]
-    given = [values for values in joint_columns if values is not None]
-    if not given:
-        return None
-    if len(given) < joints:
-        missing = next(number for number, each in enumerate(joint_columns, 1) if each is None)
-        names = " or ".join(_allowed_names(kind, missing, slides))
-        raise InputError(where, f"{kind}_{missing}", None, f"is missing; must be {names}")
-    for number, values in enumerate(given, 1):
-        if len(values) != len(given[0]):
-            reason = f"has {len(values)} rows, {kind}_1 has {len(given[0])}"
-            raise InputError(where, f"{kind}_{number}", None, reason)
-    return np.stack(given, axis=1)
 
 
 def require_even_enough(where: str, time: np.ndarray) -> None:
@@ -407,9 +397,10 @@ def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None
     wrong = np.argwhere(~(np.abs(table) <= LARGEST[kind]))
     if wrong.size:
         row, joint = map(int, wrong[0])
-        value = float(table[row, joint])
-        shown = value if np.isfinite(value) else None
+        field, value = f"{kind}_{joint + 1}, row {row + 1}", float(table[row, joint])
+        if not np.isfinite(value):
+            raise InputError(
+                where, field, None, "must be a number: cut the record where it has gaps"
+            )
         allowed = f"must be at most {LARGEST[kind]:g} in size, in SI units"
-        if shown is None:
-            allowed = "must be a number: cut the record where it has gaps"
-        raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", shown, allowed)
+        raise InputError(where, field, value, allowed)

@@ -10,7 +10,7 @@ from math import pi
 import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csr_array, diags_array, eye_array
+from scipy.sparse import csr_array
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data, torques_along
@@ -41,13 +41,14 @@ LEAST_SIZE = 1e-3  # [rad, N m], of a signal that is zero or near it
 class Block:
     """Rows of a record with their spline.
 
-    bases: B-splines and their slopes at the rows, each (rows, size); gram = bases[0]' bases[0];
+    knots [s]: of its B-splines; basis: these at the rows (rows, size); gram = basis' basis;
     position and rates (rows, joints) of the splines; torques as recorded. position_noise and
     torque_noise (joints,): standard deviations of one sample.
     """
 
     time: np.ndarray
-    bases: tuple[csr_array, csr_array]
+    knots: np.ndarray
+    basis: csr_array
     gram: np.ndarray
     position: np.ndarray
     rates: np.ndarray
@@ -69,17 +70,17 @@ def smooth_record(record: Record, torques: np.ndarray, spacing: int, most: int) 
         rows_in = slice(*pairs[place])
         time, positions, given = (each[rows_in] for each in (record.time, record.position, torques))
         places = place_knots(time, spacing)
-        bases = _basis(time, places, 0), _basis(time, places, 1)
-        gram = (bases[0].T @ bases[0]).toarray()
+        basis = csr_array(BSpline.design_matrix(time, places, DEGREE))
+        gram = (basis.T @ basis).toarray()
         factored, free = cho_factor(gram), time.size - len(gram)
         noise = []
         for signal in (positions, given):
-            residuals = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
+            residuals = signal - basis @ cho_solve(factored, basis.T @ signal)
             least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
             noise.append(np.maximum(np.sqrt((residuals**2).sum(axis=0) / free), least))
-        fitted = cho_solve(factored, bases[0].T @ positions)
-        smooth, rates = (basis @ fitted for basis in bases)
-        yield Block(time, bases, gram, smooth, rates, given, noise[0], noise[1])
+        spline = BSpline(places, cho_solve(factored, basis.T @ positions), DEGREE)
+        fitted = spline(time), spline(time, nu=1)
+        yield Block(time, places, basis, gram, *fitted, given, noise[0], noise[1])
 
 
 def select_spacing(record: Record) -> int:
@@ -156,14 +157,3 @@ def place_knots(time: np.ndarray, spacing: int) -> np.ndarray:
     places = np.linspace(0, time.size - 1, count + 1)
     inner = np.interp(places, np.arange(time.size), time)
     return np.concatenate([np.repeat(inner[0], DEGREE), inner, np.repeat(inner[-1], DEGREE)])
-
-
-def _basis(time: np.ndarray, knots: np.ndarray, derivative: int) -> csr_array:
-    """Derivatives of the B-splines at these times (times, size): splines of a lower degree."""
-    steps = eye_array(knots.size - DEGREE - 1, format="csr")
-    for degree in range(DEGREE, DEGREE - derivative, -1):
-        spans = knots[degree + 1 : -1] - knots[1 : -degree - 1]
-        steps = diags_array(degree / spans) @ (steps[1:] - steps[:-1])
-        knots = knots[1:-1]
-    design = csr_array(BSpline.design_matrix(time, knots, DEGREE - derivative))
-    return design @ steps if derivative else design

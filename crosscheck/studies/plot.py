@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -143,8 +144,7 @@ def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
     """Draw the median and bands of repetitions over an axis, and the share of two states, if so."""
     repeats, at = _stack_repetitions(values, axis_dim), values[axis_dim]
     x = _positions(at)
-    with np.errstate(all="ignore"):
-        low, lower, middle, upper, high = _quantiles(repeats)
+    low, lower, middle, upper, high = _quantiles(repeats)
     axes.plot(x, middle, "o-" if at.size < 30 else "-", color="C0", markersize=3, label="median")
     _mark_undefined(axes, x, repeats)
     _note_undefined(axes, values)
@@ -182,12 +182,8 @@ def _note_undefined(axes: Axes, values: xr.DataArray) -> None:
 
 def _quantiles(repeats: np.ndarray) -> np.ndarray:
     """QUANTILES of each row, (quantiles, rows); nan where nothing is defined."""
-    quantiles = np.full((len(QUANTILES), len(repeats)), np.nan)
-    for place, row in enumerate(repeats):
-        finite_values = row[np.isfinite(row)]
-        if finite_values.size:
-            quantiles[:, place] = np.quantile(finite_values, QUANTILES)
-    return quantiles
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+        return np.nanquantile(np.where(np.isfinite(repeats), repeats, np.nan), QUANTILES, axis=1)
 
 
 def _draw_state_share(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
@@ -196,9 +192,8 @@ def _draw_state_share(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
     if between is None:
         return
     finite_counts = np.isfinite(repeats).sum(axis=1)
-    above = np.where(
-        finite_counts > 0, (repeats > between).sum(axis=1) / np.maximum(finite_counts, 1), np.nan
-    )
+    shares = (repeats > between).sum(axis=1) / np.maximum(finite_counts, 1)
+    above = np.where(finite_counts > 0, shares, np.nan)
     share = axes.twinx()
     share.plot(x, above, "s--", color="C1", markersize=3)
     share.set_ylim(-0.05, 1.05)

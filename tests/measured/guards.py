@@ -68,7 +68,7 @@ def kept() -> Case:
         record = read_record(path, 2)
         arm = PlanarArm(validate_record(Arm, content(), "unlike"))
         comparison = compared(record, arm, **TOLERANCES)
-        *_, problem = first_problem(arm.robot, record)
+        problem = first_problem(arm.robot, record)
         return Case(comparison, problem, second.Runs(path, content(), TOLERANCES))
 
 

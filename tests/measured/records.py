@@ -6,10 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.identification.compare import (
-    LINK_KINDS,
-    LinkTreatment,
     RecordComparison,
-    Side,
     _BandSamples,
     _Problem,
     _select_torques,
@@ -110,18 +107,18 @@ def compared(
     return comparison
 
 
-def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Problem]:
+def first_problem(robot: Robot, given: Record) -> _Problem:
     """What is estimated of the first side that a recording has."""
-    side, treatment, torques = _select_torques([given])[0]
+    side, torques = _select_torques([given])[0]
     own, shared = remove_friction(robot), np.zeros((0, len(robot.coordinate_names)))
     samples = _BandSamples(own, [given], torques, shared)
-    return side, treatment, _Problem(own, samples, LINK_KINDS[treatment])
+    return _Problem(own, samples, side)
 
 
 def judged(record: Record, mechanism: ComparedMechanism | Arm) -> FileJudgement:
     """What the record says of the files' numbers, without all that a comparison asks beside."""
     own = mechanism if isinstance(mechanism, ComparedMechanism) else PlanarArm(mechanism)
-    *_, problem = first_problem(own.robot, record)
+    problem = first_problem(own.robot, record)
     return problem.fit_file(own, problem.choose_bandwidth()).judge(own.levels)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pinocchio as pin
 
 from crosscheck.identification.compare import (
-    LINK_KINDS,
     NOTHING_ELSE,
     RecordComparison,
     SideResult,
@@ -120,13 +119,13 @@ def compared_arm(level: Level) -> tuple[Record, RecordComparison]:
 
 def first_side(robot: Robot, given: Record) -> SideResult:
     """What the first side says, without all that a comparison asks beside: a third of its time."""
-    side, treatment, problem = records.first_problem(robot, given)
-    return _judge_side(problem, side, treatment, problem.choose_bandwidth(), NOTHING_ELSE)
+    problem = records.first_problem(robot, given)
+    return _judge_side(problem, problem.choose_bandwidth(), NOTHING_ELSE)
 
 
 def both_sides(robot: Robot, given: Record) -> tuple[SideResult, SideResult]:
     """What that side says with any links, and with those of the file times a factor."""
-    side, treatment, problem = records.first_problem(robot, given)
-    identified = _judge_side(problem, side, treatment, problem.choose_bandwidth(), NOTHING_ELSE)
-    scaled = _Problem(problem.robot, problem.samples, LINK_KINDS["scaled"])
-    return identified, _judge_side(scaled, side, "scaled", identified.bandwidth, NOTHING_ELSE)
+    problem = records.first_problem(robot, given)
+    identified = _judge_side(problem, problem.choose_bandwidth(), NOTHING_ELSE)
+    scaled = _Problem(problem.robot, problem.samples, problem.side, "scaled")
+    return identified, _judge_side(scaled, identified.bandwidth, NOTHING_ELSE)

@@ -264,9 +264,9 @@ def test_masses_and_a_right_gravity_are_no_tilt(path):
     record = robots.recording(heavier.robot, "coupled")
     if is_arm:
         record = record_of(level(heavier.arm, "coupled"), rows=6000)
-    side, _, problem = first_problem(own.robot, record)
-    given = problem, [record.motor_torque], side, problem.choose_bandwidth()
-    _, tilt = compare._judge_gravity(*given)
+    problem = first_problem(own.robot, record)
+    given = [record.motor_torque], problem.choose_bandwidth()
+    _, tilt = compare._judge_gravity(problem, *given)
     assert tilt is None
     assert ("coupled", path) in list_explanations(judged(record, own))
 

@@ -5,7 +5,7 @@ import pytest
 
 from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.estimation import LinearFit, fit_linear, fit_part, joint_rms
-from crosscheck.recordings.even_signals import space_signals
+from crosscheck.identification.sampling import space_signals
 from crosscheck.recordings.record import Record
 
 ROWS = 600
@@ -68,7 +68,7 @@ def test_a_part_that_is_all_of_a_fit_leaves_what_the_fit_leaves():
     noise = draw.standard_normal((ROWS, 2)) * [0.1, 10.0]
     torque, shown = columns @ [1.0, -2.0] + noise, np.ones((ROWS, 2), bool)
     full = fit_linear(columns, torque, shown, (0, ROWS))
-    whole, part = (fit_part(each, torque, full) for each in (columns, columns[:, :, :1]))
+    whole, part = (fit_part("", each, torque, full) for each in (columns, columns[:, :, :1]))
     assert whole.rms == pytest.approx(joint_rms(full.residual, shown.sum(axis=0)), rel=1e-6)
     assert whole.weighted == pytest.approx(1.0, rel=1e-6)
     assert part.weighted > part.rms[0] > 10 * whole.rms[0]

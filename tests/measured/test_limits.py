@@ -6,9 +6,9 @@ import pytest
 from crosscheck.identification import bodies, engines
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.refinement import Knowledge, LevelFit, PossibleBodies, Refinement
+from crosscheck.identification.sampling import continue_signal
 from crosscheck.identification.structure import draw_samples
 from crosscheck.planning.comparison import Results
-from crosscheck.recordings.even_signals import continue_signal
 from tests.loops import require_items
 from tests.measured import robots
 from tests.robots import chains

@@ -10,7 +10,7 @@ import pytest
 from crosscheck.identification.compare import compare
 from crosscheck.identification.description import RecordDescription, find_knowledge
 from crosscheck.identification.mechanism import SpatialRobot
-from crosscheck.identification.refinement import Knowledge, _position_unit
+from crosscheck.identification.refinement import Knowledge
 from crosscheck.models.robot.robot import Robot
 from tests.loops import require_items
 from tests.measured.robots import RATIO, ROTOR, SOLIDS, arm, recording
@@ -150,17 +150,3 @@ def test_a_description_says_what_is_known(robot, more, knowledge):
     stated = {"schema_version": 1, "recordings": [{"position": "r.csv"}], **more}
     description = RecordDescription.model_validate(stated | {"position": {"columns": ["a"]}})
     assert find_knowledge(description, robot, Path("r.toml")) == knowledge
-
-
-def test_an_encoders_zero_has_the_unit_of_its_own_joint():
-    """A joint that follows another has none: of three joints the slide is the second with one."""
-    follows = f'{chains.LIMIT}<mimic joint="turn"/>'
-    links = [chains.link("ground"), *map(chains.link, "abc", SOLIDS)]
-    joints = [
-        chains.joint("turn", "ground", "a"),
-        chains.joint("follow", "a", "b", more=follows),
-        chains.joint("slide", "b", "c", kind="prismatic"),
-    ]
-    robot = chains.robot(chains.urdf(*links, *joints))
-    assert robot.coordinate_names == ["turn", "slide"]
-    assert [_position_unit(robot, place) for place in (0, 1)] == ["rad", "m"]

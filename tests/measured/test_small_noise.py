@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.identification import compare, sampling
-from crosscheck.recordings.even_signals import space_signals
+from crosscheck.identification.sampling import space_signals
 from crosscheck.recordings.record import Record
 from tests.measured import robots
 from tests.measured.robots import COULOMB, RATIO, ROTOR, STEP, VISCOUS, arm, first_side, recording

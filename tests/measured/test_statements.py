@@ -24,7 +24,7 @@ def test_a_joint_is_worse_beyond_fishers_chance():
     identified = replace(identified, taken=scaled.taken + further, left=np.full(joints, left))
     limit = np.sqrt(1 + further / left * f.ppf(1 - LEVEL / joints, further, left))
     for by, joints_worse in ((0.999, ()), (1.001, identified.measured)):
-        last = replace(scaled.steps[-1], rms=by * limit * identified.steps[-1].rms)
+        last = scaled.steps[-1]._replace(rms=by * limit * identified.steps[-1].rms)
         worse = replace(scaled, steps=(*scaled.steps[:-1], last)).find_worse_joints(identified)
         assert tuple(worse) == tuple(joints_worse)
 

@@ -29,7 +29,7 @@ def ask(robot: Robot, given: Record, knowledge: Knowledge) -> RecordComparison:
 
 def refine_alone(robot: Robot, given: Record, knowledge: Knowledge) -> tuple[float, Refinement]:
     """The bandwidth, and the refinement of a recording of motors' torques, without all else."""
-    *_, problem = first_problem(robot, given)
+    problem = first_problem(robot, given)
     bandwidth = problem.choose_bandwidth()
     rows, _, full = problem.fit(bandwidth)
     return bandwidth, refine(compare._record_torque(problem, rows, full), knowledge)

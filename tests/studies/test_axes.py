@@ -8,16 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
 
+from crosscheck.audit.experiments.variant import perturb_start
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.paths import assign
-from crosscheck.studies.batches.batches import batch_size, split_into_batches
-from crosscheck.studies.definition.definition import AXIS_KINDS, Axis
-from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Quantity
+from crosscheck.studies.batches.batches import batch_size, make_batch_tasks
 from crosscheck.studies.members.members import load_study
-from crosscheck.studies.members.starts import perturb_start
 from tests.loops import require_items
 from tests.studies.studies import study
 
@@ -182,17 +179,10 @@ def test_the_digest_hangs_on_every_input_and_on_no_name():
 @given(st.integers(1, 3000))
 def test_batches_cover_every_member_once_in_full_lanes(count):
     made = study([{"path": BACKLASH, "kind": "grid", "start": 1e-5, "stop": 1e-4, "count": count}])
-    cut = list(split_into_batches(made, "version"))
-    assert [cut[0].begin, cut[-1].end] == [0, count]
-    assert all(left.end == right.begin for left, right in pairwise(cut))
-    assert len({batch.key for batch in cut}) == len(cut)
+    cut = make_batch_tasks(made, "version")
+    places = [task.arguments[1:] for task in cut]
+    assert [places[0][0], places[-1][1]] == [0, count]
+    assert all(left[1] == right[0] for left, right in pairwise(places))
+    assert len({task.key for task in cut}) == len(cut)
     if count > 32:
         assert batch_size(made) % 32 == 0
-
-
-@pytest.mark.parametrize(
-    ("union", "tags"), [(Axis, AXIS_KINDS), (Quantity, QUANTITY_KINDS)], ids=["axes", "quantities"]
-)
-def test_kinds_are_those_of_the_schema(union, tags):
-    mapping = TypeAdapter(union).json_schema()["discriminator"]["mapping"]
-    assert set(mapping) == tags

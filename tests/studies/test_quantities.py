@@ -64,11 +64,11 @@ FOLDS = {
     "share": (lambda: folds.NoContactShareFold((2,)), lambda t, v: np.mean(v == 0)),
     "loss": (lambda: folds.FirstLossFold((2,)), lambda t, v: _lost(t, v)),
     "band": (
-        lambda: folds.BandRmsFold((2,), 100, 400),
+        lambda: folds.SpectrumFold((2,), signals.band_rms, (100, 400)),
         lambda t, v: signals.band_rms(t, v, 100, 400),
     ),
     "line": (
-        lambda: folds.LargestLineFold((2,), 100, 400),
+        lambda: folds.SpectrumFold((2,), signals.largest_line, (100, 400), ("Hz", "")),
         lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz,
     ),
 }
@@ -102,9 +102,10 @@ def test_a_signal_with_a_gap_has_no_spectrum_and_the_one_beside_it_has():
     time = STEP * np.arange(40)
     values = np.column_stack([np.sin(1e3 * time)] * 2)
     values[7, 1] = np.nan
-    for fold in (folds.BandRmsFold, folds.LargestLineFold):
-        parts = np.array(_fed(fold((2,), 0, 400), time, values, [11]))
-        assert (np.isnan(parts) == [False, True]).all(), fold
+    for measure, parts in ((signals.band_rms, ("",)), (signals.largest_line, ("Hz", ""))):
+        fold = folds.SpectrumFold((2,), measure, (0, 400), parts)
+        numbers = np.array(_fed(fold, time, values, [11]))
+        assert (np.isnan(numbers) == [False, True]).all(), measure
 
 
 def test_a_sine_has_its_rms_in_the_band_that_it_is_in():

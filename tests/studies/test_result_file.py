@@ -60,7 +60,7 @@ def test_numbers_are_where_they_belong_whatever_comes_first(tmp_path, starts):
             begin, end = parts[number]
             result.write(begin, {name: values[begin:end] for name, values in numbers.items()})
         for column in wanted:
-            assert np.array_equal(result.values_at(column.name, 4), numbers[column.name][4])
+            assert np.array_equal(result.numbers(column.name, 4, 1)[0], numbers[column.name][4])
             spread = np.ptp(numbers[column.name], axis=0)
             assert np.array_equal(result.spread(column.name), spread)
         new.publish(out)

@@ -10,10 +10,11 @@ from importlib import import_module
 import numpy as np
 import xarray as xr
 
+from crosscheck import registry
 from crosscheck.models.errors import Diverged
 from crosscheck.studies.definition.quantities import MESH_SIGNALS, SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, list_columns
-from crosscheck.studies.measures.observers import ChunkRecords, MemberGroup, make_observer
+from crosscheck.studies.measures.observers import ChunkRecords, make_observer
 from crosscheck.studies.members.cases import MemberCase, group_cases
 from crosscheck.studies.members.members import PreparedStudy, load_study
 
@@ -53,7 +54,7 @@ def run_check(text: str, place: int) -> Numbers:
     (case,) = study.cases(place, place + 1)
     numbers = _make_empty_numbers(study, 1)
     try:
-        run = case.simulate_second()
+        run = registry.build(case.second_model, *case.experiment).simulate()
     except Diverged as error:
         numbers[DIVERGED][0] = error.time_s
         return numbers
@@ -93,8 +94,7 @@ def _make_empty_numbers(study: PreparedStudy, members: int) -> Numbers:
 def _observe_members(
     study: PreparedStudy, cases: list[MemberCase], chunks: Iterable[ChunkRecords]
 ) -> Numbers:
-    member_group = MemberGroup(cases, study.sources, study.file)
-    observers = [make_observer(quantity, member_group) for quantity in study.definition.quantities]
+    observers = [make_observer(each, cases, study) for each in study.definition.quantities]
     for chunk in chunks:
         for watcher in observers:
             watcher.observe(chunk)

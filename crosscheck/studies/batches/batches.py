@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -112,25 +112,17 @@ def compute_digest(*parts: object) -> str:
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
 
 
-class MemberBatch(NamedTuple):
-    """A batch: members from one place to before another, in the grid's C order; key: its digest."""
+def make_batch_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:
+    """Tasks that run all members, in the grid's C order; version: a part of their keys.
 
-    key: str
-    begin: int
-    end: int
-
-
-def split_into_batches(study: PreparedStudy, version: str) -> Iterator[MemberBatch]:
-    """All batches of a study, in order; version: a part of their keys."""
-    size = batch_size(study)
-    for begin in range(0, study.count, size):
-        end = min(begin + size, study.count)
-        yield MemberBatch(compute_digest(study.digest, version, begin, end), begin, end)
-
-
-def make_batch_task(study: PreparedStudy, batch: MemberBatch) -> FunctionTask:
-    """The task that runs a batch."""
-    return FunctionTask(batch.key, run_batch, (study.text, batch.begin, batch.end))
+    arguments: (text, place of the first member, place behind the last).
+    """
+    size, digest = batch_size(study), study.digest
+    ends = ((begin, min(begin + size, study.count)) for begin in range(0, study.count, size))
+    return [
+        FunctionTask(compute_digest(digest, version, *each), run_batch, (study.text, *each))
+        for each in ends
+    ]
 
 
 def make_check_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:

@@ -34,34 +34,6 @@ SCALE = "This is a netCDF dimension but not a netCDF variable"
 Use = Callable[[Any], Any]
 
 
-def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
-    """Call a function on an opened file of a form, in another process.
-
-    form: a study's result unless another is given. Raises InputError.
-    """
-    form = form or StudyResultFile
-    with convert_read_errors(str(path)):
-        size = input_size(path)
-    return read_in_subprocess(
-        str(path),
-        _open_and_use,
-        path,
-        use,
-        form,
-        within_s=OPENING_S + size / READING_BYTES_PER_S,
-        fails=f"is no {form.description}",
-        dies="HDF5 cannot read it",
-    )
-
-
-def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
-    if not h5py.is_hdf5(path):
-        made = f"; crosscheck {form.command} writes one" if form.command else ""
-        raise InputError(str(path), "", None, f"is no {form.description}{made}")
-    with h5py.File(path, "r", locking=False) as file:
-        return use(form(path, file))
-
-
 class NetcdfFile:
     """An open NetCDF file whose form was found to be one that can be read; in a worker.
 
@@ -154,6 +126,30 @@ class StudyResultFile(NetcdfFile):
     def identity(self) -> tuple[str, str]:
         """Digest of the study that the result is of, and fingerprint of what made it."""
         return self.study, self.version
+
+
+def use_file(path: Path, use: Use, form: type[NetcdfFile] = StudyResultFile) -> Any:
+    """Call a function on an opened file of a form, in another process. Raises InputError."""
+    with convert_read_errors(str(path)):
+        size = input_size(path)
+    return read_in_subprocess(
+        str(path),
+        _open_and_use,
+        path,
+        use,
+        form,
+        within_s=OPENING_S + size / READING_BYTES_PER_S,
+        fails=f"is no {form.description}",
+        dies="HDF5 cannot read it",
+    )
+
+
+def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
+    if not h5py.is_hdf5(path):
+        made = f"; crosscheck {form.command} writes one" if form.command else ""
+        raise InputError(str(path), "", None, f"is no {form.description}{made}")
+    with h5py.File(path, "r", locking=False) as file:
+        return use(form(path, file))
 
 
 def _single_value(node: h5py.HLObject, key: str) -> Any:

@@ -113,22 +113,18 @@ class ResultFile:
 
     def spread(self, name: str) -> np.ndarray:
         """Largest less smallest value of a column over all members, of the column's shape."""
-        values = self._numbers(name, 0, self.study.count)
+        values = self.numbers(name, 0, self.study.count)
         some = np.isfinite(values).any(axis=0)
         high = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
         low = np.where(np.isfinite(values), values, np.inf).min(axis=0)
         return np.where(some, high, np.nan) - np.where(some, low, np.nan)
-
-    def values_at(self, name: str, place: int) -> np.ndarray:
-        """A member's values in a column, of the column's shape."""
-        return self._numbers(name, place, 1)[0]
 
     def _put(self, name: str, first: int, values: np.ndarray) -> None:
         """Write numbers of a variable, from one of them on; members stand in the grid's C order."""
         content = np.ascontiguousarray(values, dtype=np.float64).tobytes()
         self.new.write_at(self.places[name] + first * NUMBER_BYTES, content)
 
-    def _numbers(self, name: str, place: int, members: int) -> np.ndarray:
+    def numbers(self, name: str, place: int, members: int) -> np.ndarray:
         """Values of members from a place on, (members, *the column's shape)."""
         column = self.columns[name]
         count = members * _size(column)
@@ -250,15 +246,6 @@ class _Sparse(io.RawIOBase):
     def __init__(self) -> None:
         self.pages: dict[int, bytearray] = {}
         self.size = self.at = 0
-
-    def readable(self) -> bool:
-        return True
-
-    def writable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         self.at = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self.at, io.SEEK_END: self.size}[whence]

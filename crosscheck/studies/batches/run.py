@@ -25,12 +25,10 @@ from crosscheck.studies.batches.batch_store import (
 )
 from crosscheck.studies.batches.batches import (
     FunctionTask,
-    MemberBatch,
     compute_fingerprint,
-    make_batch_task,
+    make_batch_tasks,
     make_check_tasks,
     perform_tasks,
-    split_into_batches,
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_unique_names
 from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
@@ -73,7 +71,7 @@ def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> i
             result = ResultFile(new, study, result_columns, places, version)
         with _show_resume_advice():
             study_run = _StudyRun(study, result, store, settings.progress, workers)
-            run_count = study_run.run(list(split_into_batches(study, version)))
+            run_count = study_run.run(make_batch_tasks(study, version))
             study_run.check(check_tasks, result_columns)
             os.fsync(new.handle)
         new.publish(target)
@@ -102,10 +100,10 @@ class _StudyRun:
     progress: ProgressCallback
     workers: Workers
 
-    def run(self, all_batches: Sequence[MemberBatch]) -> int:
+    def run(self, tasks: Sequence[FunctionTask]) -> int:
         """Run all members, reusing kept batches; returns how many were run."""
-        begins = {batch.key: batch.begin for batch in all_batches}
-        work = {make_batch_task(self.study, each): each.end - each.begin for each in all_batches}
+        begins = {task.key: task.arguments[1] for task in tasks}
+        work = {task: task.arguments[2] - task.arguments[1] for task in tasks}
         return self._gather(
             self.study.definition.name, work, lambda key, n: self.result.write(begins[key], n)
         )
@@ -154,8 +152,8 @@ class _StudyRun:
         """Write a second engine's values of a column, and the differences."""
         name = column.name
         engine_values = np.stack([numbers[name][0] for numbers in engine_numbers])
-        reference_values = np.stack(
-            [self.result.values_at(name, place) for place in self.result.checks]
+        reference_values = np.concatenate(
+            [self.result.numbers(name, place, 1) for place in self.result.checks]
         )
         difference = np.abs(engine_values - reference_values)
         if "time" in column.dims:

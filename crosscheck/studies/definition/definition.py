@@ -9,8 +9,7 @@ from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
 from crosscheck import LARGEST_SEED
 from crosscheck.models.arm.quantities import Data, Name, NumberRange, PrintableText, Title
 from crosscheck.models.robot.robot import Level
-from crosscheck.studies.definition.quantities import QUANTITY_KINDS, PlainName, Quantity, Rule
-from crosscheck.studies.members.starts import PERTURBATION_M
+from crosscheck.studies.definition.quantities import PlainName, Quantity, Rule, list_kinds
 
 Path = Annotated[str, PrintableText(200)]
 Value = Annotated[float, NumberRange(-1e15, 1e15)]
@@ -145,7 +144,6 @@ class UniformAxis(SampledAxisBase):
 
 SampledAxis = HypercubeAxis | NormalAxis | UniformAxis
 Axis = Annotated[ListAxis | GridAxis | SampledAxis, Field(discriminator="kind")]
-AXIS_KINDS = frozenset({"list", "grid", "latin_hypercube", "normal", "uniform"})
 
 
 class Samples(Data):
@@ -164,7 +162,7 @@ class StudyStarts(Data):
     """How many."""
     seed: Seed = 0
     """Seed of the first start; the others follow."""
-    size_m: Perturbation = PERTURBATION_M
+    size_m: Perturbation = 1e-12
     """Largest change of a mesh displacement."""
 
 
@@ -174,7 +172,7 @@ class Definition(Data):
     Nothing of arm, scenario and switches is changed but at the paths of settings and axes.
     """
 
-    union_tags: ClassVar[frozenset[str]] = AXIS_KINDS | QUANTITY_KINDS
+    union_tags: ClassVar[frozenset[str]] = list_kinds(Axis) | list_kinds(Quantity)
 
     schema_version: Annotated[int, NumberRange(1, 1)]
     """Version of the file."""

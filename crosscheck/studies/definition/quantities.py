@@ -232,10 +232,9 @@ Quantity = Annotated[
     | Trajectories,
     Field(discriminator="kind"),
 ]
-QUANTITY_KINDS = frozenset(
-    {
-        *("peak", "peak_to_peak", "mean", "rms", "final", "band_rms", "spectral_peak"),
-        *("final_error", "crossing", "settling", "contact_loss", "apart_share"),
-        *("rigid_deviation", "user_function", "trajectories"),
-    }
-)
+
+
+def list_kinds(union: Any) -> frozenset[str]:
+    """The words by which the records of a union differ."""
+    kinds = [each.model_fields["kind"].annotation for each in get_args(get_args(union)[0])]
+    return frozenset(word for kind in kinds for word in get_args(kind))

@@ -98,38 +98,30 @@ def _columns(quantity: quantities.Quantity, case: MemberCase) -> Iterator[Column
             yield Column(f"{name}_frequency", "Hz", f"frequency of the {about}", dims, shape)
             yield Column(f"{name}_amplitude", unit, f"amplitude of the {about}", dims, shape)
         else:
-            unit, meaning = _meaning(quantity)
+            unit, meaning, *missing = _describe(quantity)
             meaning += "" if every else f", joint {getattr(quantity, 'joint', None)}"
-            missing = _describe_missing(quantity)
-            yield Column(quantity.result_name, unit, meaning, dims, shape, missing)
+            yield Column(quantity.result_name, unit, meaning, dims, shape, *missing)
 
 
-def _describe_missing(quantity: quantities.Quantity) -> str:
-    """Why a member that ran to the end has no value of a quantity; empty if it always has one."""
-    if isinstance(quantity, quantities.Settling):
-        return "does not settle before the end"
-    if isinstance(quantity, quantities.Crossing):
-        return f"never {quantity.side} {quantity.level:g}"
-    return "never loses contact" if isinstance(quantity, quantities.ContactLoss) else ""
-
-
-def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
-    """Unit of a quantity, and its meaning in words."""
-    if isinstance(quantity, quantities.Size | quantities.BandRms):
-        kind = quantity.kind.replace("_", " ")
-        return unit_of(quantity.signal), f"{kind} of the recorded {meaning_of(quantity.signal)}"
-    if isinstance(quantity, quantities.Crossing):
-        return SECOND, f"time when {quantity.signal} is first {quantity.side} {quantity.level:g}"
-    if isinstance(quantity, quantities.ContactLoss):
-        return SECOND, f"time when contact is first lost ({quantity.signal})"
-    if isinstance(quantity, quantities.NoContactShare):
-        return "1", f"share of the time without contact ({quantity.signal})"
-    if isinstance(quantity, quantities.Settling):
-        return (
-            SECOND,
-            f"time until the joint angle stays within {quantity.band_rad:g} rad of its target",
-        )
-    if isinstance(quantity, quantities.FinalError):
-        return "rad", "joint angle at the end minus its target"
+def _describe(quantity: quantities.Quantity) -> tuple[str, ...]:
+    """Unit and meaning of a quantity, and why a member that ran to the end has none, if so."""
+    match quantity:
+        case quantities.Size() | quantities.BandRms():
+            kind = quantity.kind.replace("_", " ")
+            return unit_of(quantity.signal), f"{kind} of the recorded {meaning_of(quantity.signal)}"
+        case quantities.Crossing():
+            beyond = f"{quantity.side} {quantity.level:g}"
+            return SECOND, f"time when {quantity.signal} is first {beyond}", f"never {beyond}"
+        case quantities.ContactLoss():
+            meaning = f"time when contact is first lost ({quantity.signal})"
+            return SECOND, meaning, "never loses contact"
+        case quantities.NoContactShare():
+            return "1", f"share of the time without contact ({quantity.signal})"
+        case quantities.Settling():
+            band = f"{quantity.band_rad:g} rad of its target"
+            meaning = f"time until the joint angle stays within {band}"
+            return SECOND, meaning, "does not settle before the end"
+        case quantities.FinalError():
+            return "rad", "joint angle at the end minus its target"
     assert isinstance(quantity, quantities.RigidDeviation)
     return "rad", f"largest deviation of the joint angle from the rigid arm's ({quantity.level})"

@@ -14,8 +14,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from crosscheck import signals
-
 Numbers = tuple[np.ndarray, ...]
 
 
@@ -25,7 +23,7 @@ class Fold(ABC):
     parts: suffixes of its numbers' names; ends: whether the last record alone counts.
     """
 
-    parts: ClassVar[tuple[str, ...]] = ("",)
+    parts: tuple[str, ...] = ("",)
     ends: ClassVar[bool] = False
 
     @abstractmethod
@@ -35,21 +33,6 @@ class Fold(ABC):
     @abstractmethod
     def numbers(self) -> Numbers:
         """The numbers of all columns, each of shape (*columns,)."""
-
-
-class PeakFold(Fold):
-    """Fold for the largest magnitude."""
-
-    def __init__(self, columns: tuple[int, ...]) -> None:
-        self.high = np.full(columns, -np.inf)
-
-    def take(self, time: np.ndarray, values: np.ndarray) -> None:
-        # Into C order, along which the largest is found in half the time.
-        size = np.abs(values, out=np.empty(values.shape))
-        np.maximum(self.high, size.max(axis=0), out=self.high)
-
-    def numbers(self) -> Numbers:
-        return (np.where(np.isfinite(self.high), self.high, np.nan),)
 
 
 class RangeFold(Fold):
@@ -63,8 +46,19 @@ class RangeFold(Fold):
         np.minimum(self.low, values.min(axis=0), out=self.low)
 
     def numbers(self) -> Numbers:
-        value_range = self.high - self.low
-        return (np.where(np.isfinite(value_range), value_range, np.nan),)
+        size = self.size()
+        return (np.where(np.isfinite(size), size, np.nan),)
+
+    def size(self) -> np.ndarray:
+        """What is made of both, not finite without a sample."""
+        return self.high - self.low
+
+
+class PeakFold(RangeFold):
+    """Fold for the largest magnitude."""
+
+    def size(self) -> np.ndarray:
+        return np.maximum(self.high, -self.low)
 
 
 class AverageFold(Fold):
@@ -84,18 +78,18 @@ class AverageFold(Fold):
 
 
 class LastFold(Fold):
-    """Fold for the last value."""
+    """Fold for the last value less a target, one for all or (*columns,)."""
 
     ends = True
 
-    def __init__(self, columns: tuple[int, ...]) -> None:
-        self.value = np.full(columns, np.nan)
+    def __init__(self, columns: tuple[int, ...], target: np.ndarray | float = 0.0) -> None:
+        self.target, self.value = target, np.full(columns, np.nan)
 
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
         self.value = values[-1].copy()
 
     def numbers(self) -> Numbers:
-        return (self.value,)
+        return (self.value - self.target,)
 
 
 class FirstTimeFold(Fold):
@@ -162,10 +156,20 @@ class SettlingFold(Fold):
 
 
 class SpectrumFold(Fold):
-    """Fold that needs the whole signal: it is kept, until the numbers are asked for."""
+    """Fold that needs the whole signal: it is kept, until the numbers are asked for.
 
-    def __init__(self, columns: tuple[int, ...], above_hz: float, below_hz: float) -> None:
-        self.columns, self.band = columns, (above_hz, below_hz)
+    measure: numbers of one column, from times, its whole signal (records,) and a band; parts:
+    suffixes of their names.
+    """
+
+    def __init__(
+        self,
+        columns: tuple[int, ...],
+        measure: Callable[..., float | tuple[float, ...]],
+        band: tuple[float, float],
+        parts: tuple[str, ...] = ("",),
+    ) -> None:
+        self.columns, self.measure, self.band, self.parts = columns, measure, band, parts
         self.time: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
 
@@ -174,32 +178,11 @@ class SpectrumFold(Fold):
         self.values.append(values.reshape(time.size, -1).copy())  # the kernel's to reuse
 
     def numbers(self) -> Numbers:
-        column_numbers = np.full((len(self.parts), int(np.prod(self.columns))), np.nan)
+        found = np.full((len(self.parts), int(np.prod(self.columns))), np.nan)
         if self.time:
             time, values = np.concatenate(self.time), np.concatenate(self.values)
             for column, signal in enumerate(values.T):
                 if np.isfinite(signal).all():
-                    column_numbers[:, column] = self.column_numbers(
-                        time, np.ascontiguousarray(signal)
-                    )
-        return tuple(row.reshape(self.columns) for row in column_numbers)
-
-    @abstractmethod
-    def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
-        """The numbers of one column, from its whole signal (records,)."""
-
-
-class BandRmsFold(SpectrumFold):
-    """Fold for the root mean square within a band of frequencies."""
-
-    def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
-        return (signals.band_rms(time, signal, *self.band),)
-
-
-class LargestLineFold(SpectrumFold):
-    """Fold for the frequency and the amplitude of the largest line in a band."""
-
-    parts = ("_frequency", "_amplitude")
-
-    def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
-        return tuple(signals.largest_line(time, signal, *self.band))
+                    whole = np.ascontiguousarray(signal)
+                    found[:, column] = self.measure(time, whole, *self.band)
+        return tuple(row.reshape(self.columns) for row in found)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
 from crosscheck import signals
+from crosscheck.mechanisms import supply
+from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.definition.functions import call_function
 from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
-from crosscheck.studies.members.cases import MemberCase
-from crosscheck.studies.members.rigid import simulate_rigid_angles
+from crosscheck.studies.members.cases import MemberCase, group_cases
+from crosscheck.studies.members.members import PreparedStudy
+
+STEP_RATIO = 10  # steps of the geared arm in one of the rigid arm, which is smooth
 
 
 class ChunkRecords(Protocol):
@@ -35,25 +37,19 @@ class Observer(Protocol):
         """The numbers found by the names of columns, (members, *the column's shape)."""
 
 
-class MemberGroup(NamedTuple):
-    """Members that run side by side; sources: text of the user's functions; file: the study's."""
-
-    cases: Sequence[MemberCase]
-    sources: Mapping[str, str]
-    file: str
-
-
-def make_observer(quantity: quantities.Quantity, group: MemberGroup) -> Observer:
-    """The observer of a quantity. Raises InputError where it means nothing for a member."""
-    for case in group.cases:
-        require_measurable(quantity, case, group.file)
+def make_observer(
+    quantity: quantities.Quantity, cases: Sequence[MemberCase], study: PreparedStudy
+) -> Observer:
+    """The observer of a study's quantity. Raises InputError where it means nothing for a member."""
+    for case in cases:
+        require_measurable(quantity, case, study.file)
     if isinstance(quantity, quantities.Function):
-        return _FunctionObserver(quantity, group)
+        return _FunctionObserver(quantity, cases, study.sources[quantity.function])
     if isinstance(quantity, quantities.Trajectories):
-        return _TrajectoryObserver(quantity, group.cases)
+        return _TrajectoryObserver(quantity, cases)
     if isinstance(quantity, quantities.RigidDeviation):
-        return _DeviationObserver(quantity, group.cases)
-    return _FoldObserver(quantity, group.cases)
+        return _DeviationObserver(quantity, cases)
+    return _FoldObserver(quantity, cases)
 
 
 class _FoldObserver:
@@ -63,8 +59,9 @@ class _FoldObserver:
         self.name, self.window = quantity.result_name, getattr(quantity, "window_s", None)
         self.signal = getattr(quantity, "signal", "theta")
         self.planet = getattr(quantity, "planet", 1)
-        self.joints = _joints(quantity, cases)
-        self.fold, self.less = _make_fold(quantity, cases, self.joints)
+        joint = getattr(quantity, "joint", None)
+        self.joints = slice(None) if joint is None else joint - 1
+        self.fold = _make_fold(quantity, cases, self.joints)
         # If the last value alone counts, earlier records are skipped.
         scenario = cases[0].scenario
         late = scenario.step_s * (scenario.steps - scenario.stride / 2)
@@ -72,7 +69,8 @@ class _FoldObserver:
         self.seen = 0  # records
 
     def observe(self, chunk: ChunkRecords) -> None:
-        part = _window_slice(chunk.time, self.window)
+        window = (0.0, np.inf) if self.window is None else self.window
+        part = signals.window(chunk.time, *window)
         if part.stop > part.start and chunk.time[-1] > self.after_s:
             self.fold.take(chunk.time[part], self.values(chunk, part))
         self.seen += chunk.time.size
@@ -84,7 +82,7 @@ class _FoldObserver:
     def results(self) -> Mapping[str, np.ndarray]:
         numbers = self.fold.numbers()
         named = zip(self.fold.parts, numbers, strict=True)
-        return {self.name + part: (value - self.less).T for part, value in named}
+        return {self.name + part: value.T for part, value in named}
 
 
 class _DeviationObserver(_FoldObserver):
@@ -137,8 +135,6 @@ class _TrajectoryObserver(_SignalRecorder):
         self.planets = cases[0].planet_counts
 
     def results(self) -> Mapping[str, np.ndarray]:
-        if not self.time:
-            return {}
         return {
             self.prefix + name: np.moveaxis(self.join_signal(name, self.planets), -1, 0)
             for name in self.values
@@ -148,22 +144,25 @@ class _TrajectoryObserver(_SignalRecorder):
 class _FunctionObserver(_SignalRecorder):
     """Observer that keeps runs for a function of the user's."""
 
-    def __init__(self, quantity: quantities.Function, group: MemberGroup) -> None:
-        super().__init__(group.cases[0].signals)
-        self.quantity, self.group = quantity, group
+    def __init__(
+        self, quantity: quantities.Function, cases: Sequence[MemberCase], source: str
+    ) -> None:
+        super().__init__(cases[0].signals)
+        self.quantity, self.cases, self.source = quantity, cases, source
 
     def results(self) -> Mapping[str, np.ndarray]:
-        if not self.time:
-            return {}
-        time, source = np.concatenate(self.time), self.group.sources[self.quantity.function]
+        time = np.concatenate(self.time)
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
-        planets = self.group.cases[0].planet_counts  # the same for all members of a group
+        planets = self.cases[0].planet_counts  # the same for all members of a group
         whole = {name: self.join_signal(name, planets) for name in self.values}
-        whole = {name: values for name, values in whole.items() if _is_present(name, values)}
-        for place, case in enumerate(self.group.cases):
-            run = case.make_run(time, {name: values[..., place] for name, values in whole.items()})
+        for name in set(whole) - set(quantities.JOINT_SIGNALS):
+            if np.isnan(whole[name][0]).all():  # of meshes that are not there
+                del whole[name]
+        for place, case in enumerate(self.cases):
+            single = {name: values[..., place] for name, values in whole.items()}
+            run = supply("make_member_run", case.mechanism.section)(case, time, single)
             is_finite = np.isfinite(run["theta"].values).all()
-            function_numbers = call_function(self.quantity, source, run) if is_finite else {}
+            function_numbers = call_function(self.quantity, self.source, run) if is_finite else {}
             for name, numbers in answers.items():
                 numbers.append(function_numbers.get(name, np.nan))
         return {name: np.array(numbers) for name, numbers in answers.items()}
@@ -171,66 +170,43 @@ class _FunctionObserver(_SignalRecorder):
 
 def _make_fold(
     quantity: quantities.Quantity, cases: Sequence[MemberCase], joints: slice | int
-) -> tuple[folds.Fold, np.ndarray | float]:
-    """The fold of a quantity, and the value that is subtracted from its number."""
-    columns = _columns(joints, cases)
-    if isinstance(quantity, quantities.FinalError):
-        return folds.LastFold(columns), _targets(cases)[joints]
-    fold: folds.Fold
-    if isinstance(quantity, quantities.Settling):
-        aim = quantity.target_rad
-        targets = _targets(cases)[joints] if aim is None else np.full(columns, aim)
-        fold = folds.SettlingFold(targets, quantity.band_rad)
-    elif isinstance(quantity, quantities.ContactLoss):
-        fold = folds.FirstLossFold(columns)
-    elif isinstance(quantity, quantities.NoContactShare):
-        fold = folds.NoContactShareFold(columns)
-    elif isinstance(quantity, quantities.BandRms):
-        fold = folds.BandRmsFold(columns, *quantity.band_Hz)
-    elif isinstance(quantity, quantities.SpectralPeak):
-        fold = folds.LargestLineFold(columns, *quantity.band_Hz)
-    elif isinstance(quantity, quantities.Crossing):
-        beyond = operator.gt if quantity.side == "above" else operator.lt
-        fold = folds.FirstTimeFold(columns, lambda values: beyond(values, quantity.level))
-    elif isinstance(quantity, quantities.RigidDeviation):
-        fold = folds.PeakFold(columns)
-    else:
-        assert isinstance(quantity, quantities.Size)
-        sizes: dict[str, Callable[[tuple[int, ...]], folds.Fold]] = {
-            "final": folds.LastFold,
-            "peak": folds.PeakFold,
-            "peak_to_peak": folds.RangeFold,
-            "mean": partial(folds.AverageFold, squared=False),
-            "rms": partial(folds.AverageFold, squared=True),
-        }
-        fold = sizes[quantity.kind](columns)
-    return fold, 0.0
-
-
-def _joints(quantity: quantities.Quantity, cases: Sequence[MemberCase]) -> slice | int:
-    """Index of the joints that a quantity is of: all, or one."""
-    joint = getattr(quantity, "joint", None)
-    return slice(None) if joint is None else int(joint) - 1
-
-
-def _columns(joints: slice | int, cases: Sequence[MemberCase]) -> tuple[int, ...]:
-    if isinstance(joints, int):
-        return (len(cases),)
-    return len(cases[0].planet_counts), len(cases)
-
-
-def _is_present(name: str, values: np.ndarray) -> bool:
-    """Whether the members have a signal: it is NaN throughout where there are no such meshes."""
-    return name in quantities.JOINT_SIGNALS or not np.isnan(values[0]).all()
+) -> folds.Fold:
+    """The fold of a quantity of these joints: all, or one."""
+    # (joints, members), or (members,) of one joint
+    columns = np.empty((len(cases[0].planet_counts), len(cases)))[joints].shape
+    match quantity:
+        case quantities.FinalError():
+            return folds.LastFold(columns, _targets(cases)[joints])
+        case quantities.Settling(target_rad=None):
+            return folds.SettlingFold(_targets(cases)[joints], quantity.band_rad)
+        case quantities.Settling():
+            return folds.SettlingFold(np.full(columns, quantity.target_rad), quantity.band_rad)
+        case quantities.ContactLoss():
+            return folds.FirstLossFold(columns)
+        case quantities.NoContactShare():
+            return folds.NoContactShareFold(columns)
+        case quantities.BandRms():
+            return folds.SpectrumFold(columns, signals.band_rms, quantity.band_Hz)
+        case quantities.SpectralPeak():
+            parts = "_frequency", "_amplitude"
+            return folds.SpectrumFold(columns, signals.largest_line, quantity.band_Hz, parts)
+        case quantities.Crossing(side="above"):
+            return folds.FirstTimeFold(columns, lambda values: values > quantity.level)
+        case quantities.Crossing():
+            return folds.FirstTimeFold(columns, lambda values: values < quantity.level)
+        case quantities.Size(kind="final"):
+            return folds.LastFold(columns)
+        case quantities.Size(kind="peak_to_peak"):
+            return folds.RangeFold(columns)
+        case quantities.Size(kind="mean" | "rms"):
+            return folds.AverageFold(columns, squared=quantity.kind == "rms")
+        case _:
+            return folds.PeakFold(columns)
 
 
 def _targets(cases: Sequence[MemberCase]) -> np.ndarray:
     """Targets of the PD drives [rad], (joints, members)."""
     return np.array([case.targets() for case in cases]).T
-
-
-def _window_slice(time: np.ndarray, window: tuple[float, float] | None) -> slice:
-    return slice(0, time.size) if window is None else signals.window(time, *window)
 
 
 def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
@@ -243,3 +219,39 @@ def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     if planet > values.shape[2]:  # none of that number, or no meshes at all
         return np.full((values.shape[0], values.shape[1], values.shape[3]), np.nan)
     return values[:, :, planet - 1]
+
+
+def simulate_rigid_angles(level: str, cases: Sequence[MemberCase]) -> tuple[np.ndarray, np.ndarray]:
+    """Angles [rad] of distinct rigid models, (models, records, joints), and the model of each case.
+
+    They are on the geared runs' own recording grid; nan where a run diverged. Members that differ
+    in their meshes alone share a model.
+    """
+    places: dict[object, int] = {}
+    models, whose = list[Any](), list[int]()
+    find_rigid_model = supply("find_rigid_model", cases[0].mechanism.section)
+    for case in cases:
+        key, build_model = find_rigid_model(case, level, _smooth_scenario(case.scenario))
+        if key not in places:
+            places[key] = len(models)
+            models.append(build_model())
+        whose.append(places[key])
+    scenario, joints = models[0].scenario, len(cases[0].planet_counts)
+    angles = np.full((len(models), scenario.steps // scenario.stride + 1, joints), np.nan)
+    for group in group_cases(cases, models):
+        theta = np.concatenate([chunk.theta for chunk in group.chunks()])
+        alive = np.isnan(group.diverged_s)
+        angles[np.array(group.members)[alive]] = np.moveaxis(theta, -1, 0)[alive]
+    return angles, np.array(whose)
+
+
+def _smooth_scenario(scenario: Scenario) -> Scenario:
+    """The experiment with nothing of meshes, in steps for a smooth motion."""
+    longer = next(n for n in range(STEP_RATIO, 0, -1) if scenario.stride % n == 0)
+    given = {name: getattr(scenario.start, name) for name in ("theta_rad", "theta_dot_rad_per_s")}
+    changed = {
+        "step_s": scenario.step_s * longer,
+        "record_every": scenario.stride // longer,
+        "start": Start(**given),
+    }
+    return scenario.model_copy(update=changed)

@@ -17,14 +17,19 @@ from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.planets import require_alike
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import PdDrive, Scenario, Switches, expand_to_joints
+from crosscheck.models.experiment.scenario import (
+    PdDrive,
+    Scenario,
+    Switches,
+    expand_to_joints,
+    planet_offsets,
+)
 from crosscheck.models.loading import require_fit, validate_record, validate_switches
 from crosscheck.models.robot.file import RobotFile, RobotSource
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.models.robot.trajectory import make_robot_dataset
 from crosscheck.models.trajectory import build_trajectory
 from crosscheck.studies.definition.quantities import ARM_SIGNALS, SIGNALS
-from crosscheck.studies.members.starts import perturb_scenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,15 +90,6 @@ class MemberCase:
     def make_model(self) -> Any:
         """The model that runs beside those of other members. Raises InputError."""
         return supply("make_member_model", self.mechanism.section)(self)
-
-    def make_run(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> xr.Dataset:
-        """Make the Dataset of a run from its signals over time [s]."""
-        run: xr.Dataset = supply("make_member_run", self.mechanism.section)(self, time, signals)
-        return run
-
-    def simulate_second(self) -> xr.Dataset:
-        """The run by the second engine. Raises Diverged."""
-        return registry.build(self.second_model, *self.experiment).simulate()
 
 
 def build_case(
@@ -224,3 +220,29 @@ def make_robot_run(
     """Make the Dataset of a run from its signals over time [s]."""
     name = f"ensemble:{case.level}"
     return make_robot_dataset(name, case.mechanism, case.scenario, time, dict(signals))
+
+
+def perturb_scenario(
+    scenario: Scenario, planets: Sequence[int], seed: int, size_m: float
+) -> Scenario:
+    """The scenario whose start's offsets of both meshes, and planets, differ by up to ``size_m``.
+
+    planets: of each joint that move by themselves.
+    """
+    joints, start, generator = len(planets), scenario.start, np.random.default_rng(seed)
+    sun, ring = size_m * generator.uniform(-1, 1, (2, joints))
+    changed: dict[str, object] = {
+        "sun_planet_offset_m": _add(expand_to_joints(start.sun_planet_offset_m, joints), sun),
+        "planet_ring_offset_m": _add(expand_to_joints(start.planet_ring_offset_m, joints), ring),
+    }
+    if any(planets):
+        displacements = [size_m * generator.uniform(-1, 1, count) for count in planets]
+        changed["planet_offset_m"] = tuple(
+            _add(planet_offsets(start, joint, planets[joint]), displacements[joint])
+            for joint in range(joints)
+        )
+    return scenario.model_copy(update={"start": start.model_copy(update=changed)})
+
+
+def _add(given: Sequence[float], more: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(a + b) for a, b in zip(given, more, strict=True))

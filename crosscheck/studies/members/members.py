@@ -119,23 +119,18 @@ class _CaseBuilder:
 
     def case(self, place: int) -> MemberCase:
         """The case of the member at a place. Raises InputError."""
-        points = self.study.points(place)
-        try:
-            case = self._case(points)
-        except InputError as error:
-            raise explain_refusal(self.study, place, error) from None
-        starts = self.study.definition.starts
-        if starts is None:
-            return case
-        return case.perturb(starts.seed + points[START], starts.size_m)
-
-    def _case(self, points: dict[str, int]) -> MemberCase:
+        definition, points = self.study.definition, self.study.points(place)
         changed = [section for section in self.of_section if self._put(section, points)]
-        if self.made is not None and not changed:
+        if self.made is None or changed:
+            previous, self.made = self.made, None
+            try:
+                self.made = build_case(self.data, definition, previous, changed)
+            except InputError as error:
+                raise explain_refusal(self.study, place, error) from None
+        if definition.starts is None:
             return self.made
-        previous, self.made = self.made, None
-        self.made = build_case(self.data, self.study.definition, previous, changed)
-        return self.made
+        seed = definition.starts.seed + points[START]
+        return self.made.perturb(seed, definition.starts.size_m)
 
     def _put(self, section: str, points: dict[str, int]) -> bool:
         """Put a section's values at these points into the data; returns whether they changed."""
