@@ -580,6 +580,7 @@ CASES: dict[str, Callable[[], Case]] = {
         TURNED,
         other_link_b(com=PART_B.in_link.com + np.array([0.02, 0, 0.107])),
     ),
+    "a mass of a link to which another is fixed": lambda: (TURNED, other_link_b(mass=2.9)),
     "R I": lambda: (TURNED, other_link_b(inertia=PART_B.turn @ STATED)),
     "I R'": lambda: (TURNED, other_link_b(inertia=STATED @ PART_B.turn.T)),
     "a slip on the way out": lambda: (CHAIN, newton_euler("out")),

@@ -5,8 +5,10 @@ A mistake is a row of the tables below: words that complete `with ...`, and the 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -22,10 +24,16 @@ from crosscheck.models.robot.robot import (
     Rotor,
     compute_point_inertia,
 )
+from crosscheck.models.robot.tree import merge_bodies
 from crosscheck.models.robot.urdf import read_urdf, roll_pitch_yaw
 from crosscheck.trial.changes.numbers import (
     AXES,
+    LINK_FIELDS,
+    Path,
+    RobotNumber,
     get_link_name,
+    get_value,
+    list_numbers,
     name_part,
     put_value,
     rotate_by,
@@ -90,6 +98,30 @@ def list_whole_bodies(robot: Robot) -> list[BodyPart]:
         BodyPart(get_link_name(robot, number), number, body, here, np.eye(3))
         for number, body in enumerate(robot.bodies)
     ]
+
+
+def list_all_numbers(robot: Robot) -> Iterator[RobotNumber]:
+    """The numbers of a robot; masses and centres also of links that are one body together."""
+    links = read_urdf(robot.urdf, robot.name).links
+    frames, parts = dict(robot.frames), list_body_parts(robot)
+    together = Counter(part.number for part in parts)
+    composed = [number for number, count in together.items() if count > 1]
+    yield from list_numbers(robot, composed)
+
+    def build_robot(part: BodyPart, path: Path, value: float) -> Robot:
+        body = put_value(part.in_link, path, value)
+        changed = [replace(e, body=body) if e.name == part.name else e for e in links]
+        merged = merge_bodies(part.number, changed, frames)
+        return put_value(robot, ("bodies", part.number), merged)
+
+    for part in (each for each in parts if each.number in composed):
+        for field in LINK_FIELDS:
+            for entry in field.entries:
+                path: Path = (*field.path, entry) if entry else field.path
+                name, where = f"{part.name}: {field.words.format(entry)}", (part.name, *path)
+                size = max(float(np.abs(get_value(part.in_link, field.path)).max()), field.size)
+                value, put = float(get_value(part.in_link, path)), partial(build_robot, part, path)
+                yield RobotNumber(".".join(map(str, where)), name, field.unit, value, size, put)
 
 
 def list_part_mistakes(robot: Robot, part: BodyPart) -> dict[str, RobotBody]:

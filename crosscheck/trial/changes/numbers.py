@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -41,6 +41,7 @@ UNITS_OF = {
 TYPED = 2e-5  # relative tolerance of unit factors, which are often typed with five digits
 ROUNDED = 1e-12  # largest inertia about itself of a point mass by rounding, over mass x distance^2
 FAR = 10  # largest distance of a joint or centre, over the longest distance in the file
+FIXED = ", with what is fixed to it"  # behind the name of a link, of all in its body
 PLACE = re.compile(r"\d+")  # of a part, in the path of its number
 Path = tuple[str | int, ...]  # names of fields, numbers of parts, axes of entries
 
@@ -61,9 +62,12 @@ class NumberField(NamedTuple):
     whole: str = ""
 
 
-FIELDS = (
+LINK_FIELDS = (
     NumberField("bodies", ("mass",), "mass", "kg"),
     NumberField("bodies", ("com",), "centre of mass, {}", "m", 0.01, AXES, "its centre of mass"),
+)
+FIELDS = (
+    *LINK_FIELDS,
     NumberField("bodies", ("inertia",), "I{}", "kg m^2", 0.0, tuple(INERTIA), "its inertia"),
     NumberField("joints", ("placement", "position"), "its place, {}", "m", 0.1, AXES, "its place"),
     NumberField("rotors", ("inertia",), "inertia", "kg m^2"),
@@ -141,28 +145,31 @@ class RobotNumber:
         return next(near, "")
 
 
-def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
-    """The numbers of bodies, joints' places, rotors, stages and gravity that may be wrong."""
+def list_numbers(robot: Robot, composed: Collection[int] = ()) -> Iterator[RobotNumber]:
+    """The numbers of bodies, joints' places, rotors, stages and gravity that may be wrong.
+
+    composed: bodies, from 0, that are made of several links.
+    """
     for kind in ("bodies", "joints", "rotors", "stages"):
         for number in range(len(getattr(robot, kind))):
+            suffix = FIXED if kind == "bodies" and number in composed else ""
+            whose = name_part(robot, kind, number) + suffix
             for field in (each for each in FIELDS if each.kind == kind):
-                yield from _list_field(robot, (kind, number, *field.path), field)
+                yield from _list_field(robot, (kind, number, *field.path), field, whose)
             if kind == "joints" and robot.joints[number].kind == "prismatic":
-                whose = name_part(robot, kind, number)
                 yield _make_factor(robot, [(kind, number, "axis")], f"{whose}: its axis", "")
     gravity = NumberField("gravity", (), "{}", "m/s^2", 10.0, AXES)
-    yield from _list_field(robot, ("gravity",), gravity)
+    yield from _list_field(robot, ("gravity",), gravity, "gravity")
     for kind, name, words, unit in SHARED:
         paths = [(kind, number, name) for number in range(len(getattr(robot, kind)))]
         if len(paths) > 1:
             yield _make_factor(robot, paths, words, unit)
 
 
-def _list_field(robot: Robot, path: Path, field: NumberField) -> Iterator[RobotNumber]:
+def _list_field(robot: Robot, path: Path, field: NumberField, whose: str) -> Iterator[RobotNumber]:
     values = get_value(robot, path)
     if values is None:
         return
-    whose = "gravity" if path == ("gravity",) else name_part(robot, field.kind, int(path[1]))
     if field.whole:
         yield _make_factor(robot, [path], f"{whose}: {field.whole}", field.unit)
     size = float(np.trace(values)) if np.ndim(values) == 2 else float(np.abs(values).max())

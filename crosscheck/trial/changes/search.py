@@ -16,6 +16,7 @@ from crosscheck.trial.changes.mistakes import RobotMistake, list_frame_mistakes
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     AXES,
+    FIXED,
     RobotNumber,
     get_link_name,
     put_value,
@@ -413,12 +414,11 @@ def list_equals(causes: Sequence[str]) -> str:
 
 def _join_names(names: Sequence[str], there: Sequence[str]) -> str:
     """Names of bodies or joints at which something is wrong, of those at which it may be."""
-    suffix = ", with what is fixed to it"
     for begin in ("joint ", ""):
         alike = [name for name in there if name.startswith(begin)]
         if len(names) > 1 and list(names) == alike:
             every = f"every {begin.split(' ')[0] or 'link'}"
-            return every + suffix * names[0].endswith(suffix)
+            return every + FIXED * names[0].endswith(FIXED)
     return " and ".join(names)
 
 

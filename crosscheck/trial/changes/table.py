@@ -12,10 +12,11 @@ from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import (
     BodyPart,
+    list_all_numbers,
     list_body_parts,
     list_whole_bodies,
 )
-from crosscheck.trial.changes.numbers import RobotNumber, list_numbers
+from crosscheck.trial.changes.numbers import FIXED, RobotNumber
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.steps import Steps, StepTable
 from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
@@ -42,7 +43,7 @@ class ChangeTable:
         self, problem: ChangeProblem, numbers: Sequence[RobotNumber] | None = None
     ) -> None:
         self.problem, self.robot, self.states = problem, problem.robot, problem.states
-        self.numbers = list(list_numbers(self.robot) if numbers is None else numbers)
+        self.numbers = list(list_all_numbers(self.robot) if numbers is None else numbers)
         count, size = self.states.q.shape
         self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
         # States of steps of Kane's sum, which are many: fewer of large robots.
@@ -94,7 +95,7 @@ class ChangeTable:
         return [parts, bodies] if len(parts) > len(bodies) else [parts]
 
     def _list_step_tables(self, kane: KaneSum) -> list[StepTable]:
-        pairs = zip(self.part_lists, ("", ", with what is fixed to it"), strict=False)
+        pairs = zip(self.part_lists, ("", FIXED), strict=False)
         return [StepTable(kane, parts, suffix) for parts, suffix in pairs]
 
     @cached_property

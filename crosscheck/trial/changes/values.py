@@ -49,7 +49,8 @@ class ValueSearch:
 
     def _equal_number_name(self, number: RobotNumber, value: float) -> str:
         """The number of the file that a value is, or is more or less by, in words; '' for none."""
-        if abs(value) < ALIKE * number.step or not number.unit or number.factor:
+        is_opposite = abs(value + number.value) < ALIKE * number.step
+        if abs(value) < ALIKE * number.step or is_opposite or not number.unit or number.factor:
             return ""
         others = [each for each in self.table.numbers if each.path != number.path]
         if equal := list_equal_numbers(others, number.unit, value):

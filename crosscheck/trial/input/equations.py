@@ -182,7 +182,7 @@ class Equations:
     def has_open_angles(self) -> bool:
         """Whether functions state nothing about their coordinates, which are read as relative."""
         is_code = self.table is None and self.symbolic is None
-        return is_code and self.coordinates == Coordinates()
+        return is_code and self.coordinates.matrix is None and self.coordinates == Coordinates()
 
     def adapt_to_arm(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
