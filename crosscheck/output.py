@@ -25,7 +25,7 @@ EXISTS = "exists already; init replaces no file"
 
 
 def require_writable(folder: Path) -> None:
-    """Raise InputError unless a file can be made in the folder, or the folder itself; makes none."""
+    """Raise InputError unless a file can be made in the folder, or the folder itself."""
     with convert_os_errors(folder):
         if folder.is_file():
             raise InputError(str(folder), "", None, "is a file; a folder is expected")

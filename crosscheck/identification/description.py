@@ -13,6 +13,7 @@ from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
+from crosscheck.models.inputs import doubt_degrees
 from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
 from crosscheck.models.robot.robot import BASE, Robot, compute_point_inertia
@@ -225,6 +226,9 @@ def _read_recording(
     # In place: signals of a long recording are most of the memory.
     if given.unit == "deg":
         positions *= np.pi / 180
+    elif given.unit == "rad" and given.shaft == "joint":
+        for name, angles in zip(given.columns, positions.T, strict=True):
+            doubt_degrees(moving.where, name, angles)
     if given.shaft == "motor":
         positions[:] = np.linalg.solve(turns, positions.T).T
     if given.zero is not None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command, format_line
-from crosscheck.models.inputs import convert_read_errors, input_size, read_input
+from crosscheck.models.inputs import convert_read_errors, doubt_degrees, input_size, read_input
 from crosscheck.recordings.csv_table import LARGEST_FILE, open_table
 from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
 
@@ -147,6 +147,9 @@ def read_record(
     for kind, table in tables.items():
         if table is not None:
             _require_usable(where, kind, time.size, table)
+    for number, each in enumerate(angles.T, 1):
+        if number not in slides and {"theta_rad", f"theta_{number}_rad"} & set(columns):
+            doubt_degrees(where, f"theta_{number}_rad", each)
     return Record(
         where, time, angles, tables["torque"], rates=tables["theta_dot"], notes=tuple(notes)
     )

@@ -14,6 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.models import inputs
 from crosscheck.models.errors import InputError
 from crosscheck.recordings.record import Record, read_record, require_even_enough
 from tests.measured.records import level, name_columns, record_of, write_table
@@ -63,6 +64,16 @@ def test_every_format_says_the_same(record, tmp_path):
 def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
     still = replace(record, position=record.position * [0.0, 1.0])
     assert_same(read_record(written(still, tmp_path / "r.csv"), 2), still)
+
+
+@pytest.mark.parametrize(("unit", "is_asked"), [("rad", True), ("deg", False)])
+def test_radians_of_many_turns_are_asked_about(record, tmp_path, caplog, unit, is_asked):
+    inputs.forget()
+    columns = {**name_columns(record), "theta_2_rad": np.linspace(0, -90, len(record.time))}
+    renamed = {name.replace("_rad", f"_{unit}"): values for name, values in columns.items()}
+    read_record(write_table(tmp_path / "r.csv", renamed), 2)
+    question = f"note: {tmp_path}/r.csv: theta_2_rad: -90 rad = 14.3 turns: is it in degrees?"
+    assert caplog.messages == [question] * is_asked
 
 
 def cell(text: str, row: int, column: int, value: str) -> str:
