@@ -18,7 +18,7 @@ from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
 from crosscheck.models.robot.robot import BASE, Robot, compute_point_inertia
 from crosscheck.recordings.csv_table import CsvTable, open_table
-from crosscheck.recordings.record import Record, require_even_enough
+from crosscheck.recordings.record import Record, describe_gaps, require_even_enough
 
 Column = Annotated[str, quantities.PrintableText(200)]
 FileName = Annotated[str, quantities.PrintableText(400)]
@@ -237,7 +237,8 @@ def _read_recording(
     before, behind = (
         None if each is None else _convert(next(left), each, turns) for each in torques
     )
-    return Record(moving.where, time, positions, before, behind)
+    gaps = tuple(describe_gaps(time))
+    return Record(moving.where, time, positions, before, behind, notes=gaps)
 
 
 def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:

@@ -47,6 +47,7 @@ NOUNS = {"t": "times", "theta": "angles", "torque": "torques"}
 LATEST = 1e10
 LEAST_ROWS = 64
 LONGEST_GAP = 20.0  # gap over the mean step
+GAP = 5.0  # steps over the usual one from which on a step is a gap, and no jitter
 LEAST_MOTION = 1e-6  # [rad or m]
 
 
@@ -137,6 +138,7 @@ def read_record(
         reason += f" {', '.join(names)}, ..., or a TOML file names them"
         raise InputError(where, "", None, reason + _suggest_names(columns, slides))
     require_even_enough(where, time)
+    notes += describe_gaps(time)
     for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
         table = tables[kind]
         # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
@@ -209,6 +211,9 @@ BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many mess
 
 def _read_bag(path: Path, topic: str, joints: tuple[str, ...]) -> BagContent:
     where = str(path)
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        reason = "is a folder without the metadata.yaml of a ROS bag; name the file of a recording"
+        raise InputError(where, "", None, reason)
     with convert_read_errors(where):
         files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
         size = sum(map(input_size, files))
@@ -402,6 +407,17 @@ def require_even_enough(where: str, time: np.ndarray) -> None:
         row = int(steps.argmax()) + 2
         reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
         raise InputError(where, f"time, row {row}", float(time[row - 1]), reason)
+
+
+def describe_gaps(time: np.ndarray) -> list[str]:
+    """A sentence on the gaps in rising times [s], where there are any."""
+    steps = np.diff(time)
+    if not steps.size or steps.max() <= GAP * (usual := np.median(steps)):
+        return []
+    count, widest = int((steps > GAP * usual).sum()), int(steps.argmax())
+    size = f"{steps[widest] / usual:.3g} usual steps"
+    gaps = f"{count:,} gaps, the widest" if count > 1 else "a gap"
+    return [f"the times have {gaps} of {size} after {time[widest]:.6g} s, filled by straight lines"]
 
 
 def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None:
