@@ -129,7 +129,8 @@ def describe_heavy_rotors(
         if reflected > HEAVIER * links > 0:
             yield (
                 f"joint {joint.name}: its rotor of {rotor.inertia:.4g} kg m^2 is {reflected:.2g}"
-                f" {unit} at the joint, beside at most {links:.2g} {unit} of all links; used as given"
+                f" {unit} at the joint, beside at most {links:.2g} {unit} of all links;"
+                " used as given"
             )
 
 
