@@ -68,10 +68,11 @@ def describe_unfollowed(
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         is_wrong = not wrong_parts.isdisjoint(parts)
         it = "is it" if len(literal) == 1 else "are they"
-        question = "is a wrong value hard-coded?" if is_wrong else f"{it} hard-coded?"
+        value = f", with th{'is value' if len(literal) == 1 else 'ese values'}" if is_wrong else ""
         which = join_words(["M" if part == "mass_matrix" else part for part in parts])
         sentences.append(
-            f"Your {which} {verb} not change with the file's {listed_numbers}: {question}"
+            f"Your {which} {verb} not change with the file's {listed_numbers}:"
+            f" {it} hard-coded{value}?"
         )
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)

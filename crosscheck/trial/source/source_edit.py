@@ -64,7 +64,8 @@ class SourceEdit:
             return f"{self.old} should be left out"
         if not self.removed:
             return f"{self.new} should follow {self.old}"
-        return f"{self.old} should be {self.new}{', as in the file' * self.is_stated}"
+        stated = f", as in the file, or the file's {self.added} should be {self.removed}"
+        return f"{self.old} should be {self.new}{stated * self.is_stated}"
 
     @property
     def short_remedy(self) -> str:
