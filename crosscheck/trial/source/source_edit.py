@@ -128,10 +128,10 @@ class SourceAnswer:
             yield "judged with these numbers alone: other errors may look the same"
 
 
-def _count_equal(one: Sequence[str], other: Sequence[str]) -> int:
+def _count_equal(old: Sequence[str], new: Sequence[str]) -> int:
     """The number of equal words at the beginning of two lists."""
-    differing = (n for n, (a, b) in enumerate(zip(one, other, strict=False)) if a != b)
-    return next(differing, min(len(one), len(other)))
+    differing = (n for n, (a, b) in enumerate(zip(old, new, strict=False)) if a != b)
+    return next(differing, min(len(old), len(new)))
 
 
 def _list_names(names: Sequence[str]) -> str:
