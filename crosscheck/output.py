@@ -10,7 +10,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from crosscheck.file_types import FileType, identify_file_type, is_file_of_type
@@ -26,17 +25,25 @@ EXISTS = "exists already; init replaces no file"
 
 
 def require_writable(folder: Path) -> None:
-    """Make the folder if need be. Raises InputError unless a file can be made in it."""
+    """Raise InputError unless a file can be made in the folder, or the folder itself."""
     with convert_os_errors(folder):
         if folder.is_file():
             raise InputError(str(folder), "", None, "is a file; a folder is expected")
-        folder.mkdir(parents=True, exist_ok=True)
-        with draft(folder):
+        with draft(find_existing_folder(folder)):
             pass
 
 
+def find_existing_folder(folder: Path) -> Path:
+    """The folder, or the nearest above it that exists. Raises OSError where it cannot be made."""
+    try:
+        folder.lstat()
+    except FileNotFoundError:
+        return find_existing_folder(folder.parent)
+    return folder
+
+
 def require_file(path: Path, kind: FileType | None = None, option: str = "") -> Path:
-    """Path where a file of this name goes, links followed; its folder is made if need be.
+    """Path where a file of this name goes, links followed.
 
     kind: the kind of the content, which may replace a file of that kind alone, or go into a pipe;
     without a kind the caller sees to what is replaced, and there is no pipe. option: what to name
@@ -175,12 +182,20 @@ class Draft:
 
 @contextmanager
 def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
-    """A new file in a folder, removed at the end unless published.
+    """A new file in a folder, removed at the end unless published, with folders made for it.
 
     mode: its permissions, as far as the umask leaves them. Raises OSError.
     """
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
     new = _create_locked_draft(folder, mode)
-    drop = partial(new.path.unlink, missing_ok=True)
+
+    def drop() -> None:
+        new.path.unlink(missing_ok=True)
+        with suppress(OSError):  # a folder with a file in it stays
+            for each in made:
+                each.rmdir()
+
     cleanup_callbacks.append(drop)
     try:
         yield new

@@ -146,6 +146,10 @@ def assert_agrees(
         if not headline.endswith(first):  # a test's summary has room for its beginning alone
             has_place = trial.change is not None and trial.wrong
             headline = f"{'' if has_place else f'{trial.problem.name}: '}{first}\n{headline}"
+            if trial.change is not None and has_place:
+                edit = trial.change.edits[0]
+                if edit.short_remedy != edit.remedy:
+                    headline = f"{edit.place}: {edit.short_remedy}\n{headline}"
         raise AssertionError("\n".join((headline, *lines)))
     return trial
 

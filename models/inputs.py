@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from math import pi
 from pathlib import Path
 from typing import BinaryIO
 
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 
 _inputs: set[str] = set()
+_doubted: set[tuple[str, str]] = set()  # files and fields
 
 
 def read_content(path: Path, largest: int, remembered: bool = True) -> bytes:
@@ -89,6 +92,7 @@ def remember(path: Path) -> None:
 def forget() -> None:
     """Forget all inputs: another command begins."""
     _inputs.clear()
+    _doubted.clear()
 
 
 def is_input(path: Path) -> bool:
@@ -98,3 +102,16 @@ def is_input(path: Path) -> bool:
             if os.path.samefile(path, input_path):
                 return True
     return False
+
+
+def doubt_degrees(where: str, field: str, angles: Iterable[float]) -> None:
+    """Ask in one line, once for a field, whether an angle [rad] of more than a turn is in degrees.
+
+    where: the file.
+    """
+    largest = max(angles, key=abs, default=0.0)
+    turns = abs(largest) / (2 * pi)
+    if turns > 1 + 1e-6 and (where, field) not in _doubted:  # rounded 2 pi is one turn
+        _doubted.add((where, field))
+        said = f"note: {where}: {field}: {largest:.6g} rad = {turns:.3g} turns: is it in degrees?"
+        logging.warning(make_printable(said))

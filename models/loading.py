@@ -16,6 +16,7 @@ from crosscheck.models.arm.planets import require_alike, usual_switches
 from crosscheck.models.errors import InputError, rephrase
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches, find_misfit
 from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
+from crosscheck.models.inputs import doubt_degrees
 from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
 
 if TYPE_CHECKING:
@@ -178,6 +179,11 @@ def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> 
     misfit = find_misfit(scenario, planets, len(mechanism.motors))
     if misfit is not None:
         raise InputError(where, *misfit)
+    if not getattr(mechanism, "slides", ()):  # whose lengths would stand among the angles
+        given = {"start.theta_rad": scenario.start.theta_rad}
+        given["drive.target_rad"] = getattr(scenario.drive, "target_rad", ())
+        for field, angles in given.items():
+            doubt_degrees(where, field, angles if isinstance(angles, tuple) else (angles,))
 
 
 def apply_setting(data: dict[str, Any], setting: str, sections: Sequence[str] = SECTIONS) -> None:

@@ -526,7 +526,7 @@ def _explain(error: Exception) -> NoReturn:
             sys.exit(2)
         context = getattr(error, "ctx", None)
         command = "crosscheck" if context is None else context.command_path
-        _fail(f"{rephrase(message)} (see {command} --help)", 2)
+        _fail(f"{rephrase(message).removesuffix('.')} (see {command} --help)", 2)
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         _fail(f"a file cannot be written: {error.strerror}", 2)
     if isinstance(error, OSError) and error.errno in TOO_MANY_FILES:

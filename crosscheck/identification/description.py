@@ -15,11 +15,12 @@ from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
+from crosscheck.models.inputs import doubt_degrees
 from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.recordings.csv_table import CsvTable, open_table
-from crosscheck.recordings.record import Record, require_even_enough
+from crosscheck.recordings.record import Record, describe_gaps, require_even_enough
 
 Column = Annotated[str, quantities.PrintableText(200)]
 FileName = Annotated[str, quantities.PrintableText(400)]
@@ -217,6 +218,9 @@ def _read_recording(
     # In place: signals of a long recording are most of the memory.
     if given.unit == "deg":
         positions *= np.pi / 180
+    elif given.unit == "rad" and given.shaft == "joint":
+        for name, angles in zip(given.columns, positions.T, strict=True):
+            doubt_degrees(moving.where, name, angles)
     if given.shaft == "motor":
         positions[:] = np.linalg.solve(turns, positions.T).T
     if given.zero is not None:
@@ -227,7 +231,8 @@ def _read_recording(
             values[:] = values @ turns
     left = iter(tables)
     before, behind = (None if each is None else next(left) for each in torques)
-    return Record(moving.where, time, positions, before, behind)
+    gaps = tuple(describe_gaps(time))
+    return Record(moving.where, time, positions, before, behind, notes=gaps)
 
 
 def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:

@@ -22,7 +22,7 @@ from crosscheck.recordings.smoothing import DEGREE, Block, select_spacing, smoot
 
 MOST_WINDOWS = 10
 COVERED, LEFT = 2.0, 3.0  # of u_val: for 95 % of rows, and for the first row that is outside
-DRAWS = 8  # draws of the torques' noise
+DRAWS = 32  # draws of the noise of the start and the torques
 LONGEST_ROWS = 20_000  # rows of a window
 STEPS = 1000  # least steps in a window: the record's torques are lines between its rows
 
@@ -106,16 +106,16 @@ def _run_window(
     rng = np.random.default_rng(0)
 
     cases = [(base, start, torques)]
-    for way in np.eye(joints):
-        cases.append((base, (start[0] + way * of_start[0], start[1]), torques))
-        cases.append((base, (start[0], start[1] + way * of_start[1]), torques))
-    cases += [
-        (base, start, torques + block.torque_noise * rng.normal(size=torques.shape))
-        for _ in range(DRAWS)
-    ]
+    # Together, since a motion that swings through may double one error by another.
+    for _ in range(DRAWS):
+        q, v = (
+            each + noise * rng.normal(size=joints)
+            for each, noise in zip(start, of_start, strict=True)
+        )
+        cases.append((base, (q, v), torques + block.torque_noise * rng.normal(size=torques.shape)))
     # Torques are taken for lines between rows; their mean is off by a twelfth of what they bend.
     curved = torques.copy()
-    curved[1:-1] += np.diff(torques, 2, axis=0) / 12
+    curved[1:-1] -= np.diff(torques, 2, axis=0) / 12
     cases.append((base, start, curved))
     cases += [(other, start, torques) for other in others]
     steps = max(clock.size - 1, STEPS)
@@ -125,10 +125,8 @@ def _run_window(
     if first is None or finer is None:
         return None
     moved_by = [np.zeros_like(first) if run is None else run - first for run in runs[1:]]
-    drawn = slice(2 * joints, 2 * joints + DRAWS)
-    noise = sum(each**2 for each in moved_by[drawn]) / DRAWS
-    rest = [*moved_by[: 2 * joints], *moved_by[drawn.stop :]]
-    inputs = np.sqrt(noise + sum(each**2 for each in rest))
+    noise = sum(each**2 for each in moved_by[:DRAWS]) / DRAWS
+    inputs = np.sqrt(noise + sum(each**2 for each in moved_by[DRAWS:]))
     error = finer - block.position[:rows][inner]
     numerical = np.abs(first - finer)
     return Window(block.time[:rows][inner], error, numerical, inputs, of_data)

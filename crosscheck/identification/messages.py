@@ -157,16 +157,16 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     windows = comparison.windows
     if not windows:
         return
-    stays = np.median([window.stays_s for window in windows])
-    long = np.median([window.time[-1] - window.time[0] for window in windows])
+    durations = [window.time[-1] - window.time[0] for window in windows]
+    shares = [each.stays_s / long for each, long in zip(windows, durations, strict=True)]
+    share, long = sorted(shares)[len(shares) // 2], np.median(durations)
     inside = np.mean([window.within for window in windows])
-    leaves = "leaves its uncertainty band (3 sigma) after"
-    if stays >= long:
-        leaves = "stays in its uncertainty band (3 sigma) for"
+    verb, until = ("stays in", "for") if share == 1 else ("leaves", "after")
     median = " (median)" if len(windows) > 1 else ""
     yield (
-        f"Simulated from {format_count(len(windows), 'recorded state')}, it {leaves} {stays:.3g} s"
-        f" of {long:.3g} s{median}; {100 * inside:.0f} % of the rows are within 2 sigma."
+        f"Simulated from {format_count(len(windows), 'recorded state')}, it {verb}"
+        f" its uncertainty band (3 sigma) {until} {share * long:.3g} s of {long:.3g} s{median};"
+        f" {100 * inside:.0f} % of the rows are within 2 sigma."
     )
 
 

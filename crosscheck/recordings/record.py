@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command, format_line
-from crosscheck.models.inputs import convert_read_errors, input_size, read_input
+from crosscheck.models.inputs import convert_read_errors, doubt_degrees, input_size, read_input
 from crosscheck.recordings.csv_table import LARGEST_FILE, open_table
 from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
 
@@ -48,6 +48,7 @@ NOUNS = {"t": "times", "theta": "angles", "torque": "torques"}
 LATEST = 1e10
 LEAST_ROWS = 64
 LONGEST_GAP = 20.0  # gap over the mean step
+GAP = 5.0  # steps over the usual one from which on a step is a gap, and no jitter
 LEAST_MOTION = 1e-6  # [rad or m]
 
 
@@ -138,6 +139,7 @@ def read_record(
         reason += f" {', '.join(names)}, ..., or a TOML file names them"
         raise InputError(where, "", None, reason + file.suggest_names())
     require_even_enough(where, time)
+    notes += describe_gaps(time)
     # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
     for kind, nothing in (("theta_dot", "rates are 0 or"), ("torque", "torques are")):
         table = tables[kind]
@@ -147,6 +149,9 @@ def read_record(
     for kind, table in tables.items():
         if table is not None:
             _require_usable(where, kind, time.size, table)
+    for number, each in enumerate(angles.T, 1):
+        if number not in slides and {"theta_rad", f"theta_{number}_rad"} & set(columns):
+            doubt_degrees(where, f"theta_{number}_rad", each)
     return Record(
         where, time, angles, tables["torque"], rates=tables["theta_dot"], notes=tuple(notes)
     )
@@ -273,6 +278,9 @@ BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many mess
 
 def _read_bag(path: Path, topic: str, joints: tuple[str, ...]) -> BagContent:
     where = str(path)
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        reason = "is a folder without the metadata.yaml of a ROS bag; name the file of a recording"
+        raise InputError(where, "", None, reason)
     with convert_read_errors(where):
         files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
         size = sum(map(input_size, files))
@@ -389,6 +397,17 @@ def require_even_enough(where: str, time: np.ndarray) -> None:
         row = int(steps.argmax()) + 2
         reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
         raise InputError(where, f"time, row {row}", float(time[row - 1]), reason)
+
+
+def describe_gaps(time: np.ndarray) -> list[str]:
+    """A sentence on the gaps in rising times [s], where there are any."""
+    steps = np.diff(time)
+    if not steps.size or steps.max() <= GAP * (usual := np.median(steps)):
+        return []
+    count, widest = int((steps > GAP * usual).sum()), int(steps.argmax())
+    size = f"{steps[widest] / usual:.3g} usual steps"
+    gaps = f"{count:,} gaps, the widest" if count > 1 else "a gap"
+    return [f"the times have {gaps} of {size} after {time[widest]:.6g} s, filled by straight lines"]
 
 
 def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None:

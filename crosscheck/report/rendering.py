@@ -6,6 +6,7 @@ import re
 from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from crosscheck.report.formatting import (
     describe_tally,
@@ -18,6 +19,8 @@ from crosscheck.report.formatting import (
 
 LEAST_SECTIONS = 3  # sections of a page with a list of contents
 _HEADING = re.compile(r'^<h2(?: id="([^"]*)")?>(.*)</h2>$', re.MULTILINE)
+# A minus and its operand, in text that is escaped.
+_MINUS = re.compile(r"(?<![^\s(\[,=*/^])- ?[\w.(]+")
 _BACK = '<a class="back" href="#contents" aria-label="back to the contents">\u2191</a>'
 
 
@@ -42,8 +45,17 @@ def load_templates(package: str = "crosscheck.report", lean: bool = False) -> En
         "length_text": format_length,
         "tally": describe_tally,
         "percent": format_percent,
+        "unsplit": keep_minus,
     }
     return made
+
+
+def keep_minus(text: str) -> Markup:
+    """The text, escaped, with no line's end between a minus and its operand.
+
+    By style, since characters for that would be copied with a line of code.
+    """
+    return Markup(_MINUS.sub(r'<span class="minus">\g<0></span>', str(escape(text))))
 
 
 def render_page(template: str, **given: object) -> str:

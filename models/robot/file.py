@@ -30,6 +30,7 @@ from crosscheck.models.files import (
 from crosscheck.models.inputs import convert_read_errors, read_content
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
+from crosscheck.models.robot.inertias import describe_heavy_rotors
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
@@ -259,7 +260,12 @@ def build_robot(
         ),
         frames=frames,
         tip=file.tip or _default_tip(joints, frames),
-        notes=(*doubts, *urdf.notes, *_list_motor_notes(urdf, joints, file)),
+        notes=(
+            *doubts,
+            *describe_heavy_rotors(rotors, joints, bodies),
+            *urdf.notes,
+            *_list_motor_notes(urdf, joints, file),
+        ),
         file_json=file.model_dump_json(exclude_defaults=True),
     )
 

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, RobotBody
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, RobotBody, Rotor
 from crosscheck.models.robot.urdf import UrdfLink
 
 # Share of the largest principal inertia that rounding of printed digits explains.
@@ -17,7 +17,9 @@ ROUNDED = 1e-6
 # A body whose radius of gyration is so many times the robot's size, and which is lighter than air
 # would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
 FARTHEST_OUT, THINNEST = 10.0, 1.0
-HEAVIER = 1000.0  # mass over the median of the others' at which another unit is likely
+# Mass over the median of the others', and a rotor's inertia at its joint over that of all links
+# stretched out, at which another unit is likely.
+HEAVIER = 1000.0
 MEASURED = 1.25  # a last principal inertia that exceeds the others' sum by less is no slip
 SLOTS, DIAGONAL = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), [0, 3, 5]
 # Orders in which the six numbers may have been written, by what then stands in each slot.
@@ -113,6 +115,23 @@ def _find_heavy_links(links: Sequence[UrdfLink]) -> Iterator[InertiaDoubt]:
                 f" {median:.3g} kg; used as given"
             )
             yield InertiaDoubt(name, reason)
+
+
+def describe_heavy_rotors(
+    rotors: Sequence[Rotor], joints: Sequence[Joint], bodies: Sequence[RobotBody]
+) -> Iterator[str]:
+    """A line on every rotor with far more inertia at its joint than all links stretched out."""
+    mass, size = sum(body.mass for body in bodies), measure_reach(joints, bodies)
+    whole = mass * size**2 + sum(float(np.linalg.eigvalsh(body.inertia)[-1]) for body in bodies)
+    for rotor in rotors:
+        joint, reflected = joints[rotor.joint], rotor.ratio**2 * rotor.inertia
+        links, unit = (mass, "kg") if joint.kind == "prismatic" else (whole, "kg m^2")
+        if reflected > HEAVIER * links > 0:
+            yield (
+                f"joint {joint.name}: its rotor of {rotor.inertia:.4g} kg m^2 is {reflected:.2g}"
+                f" {unit} at the joint, beside at most {links:.2g} {unit} of all links;"
+                " used as given"
+            )
 
 
 def is_negative(values: np.ndarray) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from crosscheck.models.errors import InputError
 from crosscheck.models.file_kind import describe_xml_kind
 from crosscheck.models.files import EXPAND
+from crosscheck.models.inputs import doubt_degrees
 from crosscheck.models.robot.chains import CHAINS, build_chain
 from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 
@@ -292,6 +293,7 @@ class _Reader:
         origin = element.find("origin")
         position = np.array(self._numbers(origin, "origin.xyz", (0.0, 0.0, 0.0)))
         roll, pitch, yaw = self._numbers(origin, "origin.rpy", (0.0, 0.0, 0.0))
+        doubt_degrees(self.where, f"{self.element.tag} {self.name}: origin.rpy", (roll, pitch, yaw))
         return Placement(
             _axis_rotation(2, yaw) @ _axis_rotation(1, pitch) @ _axis_rotation(0, roll), position
         )

@@ -194,7 +194,7 @@ def wrong_runs() -> Iterator[str]:
         for line, band, right in zip(axes.lines, axes.collections, right_windows(), strict=True):
             yield from apart("E in the picture", line.get_ydata(), right["E"][:, joint], 1e-5)
             corners = band.get_paths()[0].vertices[1 : len(right["E"]) + 1, 1]
-            yield from apart("u_val", np.abs(corners), 2 * right["u_val"][:, joint], 1e-5)
+            yield from apart("u_val", np.abs(corners), 2 * right["u_val"][:, joint])
 
 
 def wrong_torques_of_a_drive() -> Iterator[str]:

@@ -171,18 +171,13 @@ class Runs:
         of_slope = np.linalg.norm(piece.first[edge]) * piece.angle_noise
         nominal = Bodies(self.content).closed_form()
         runs = [(nominal, smooth[edge], rates[edge], torques)]
-        for joint in range(2):
-            for moved in (0, 1):
-                start = [smooth[edge].copy(), rates[edge].copy()]
-                start[moved][joint] += (of_data[0], of_slope)[moved][joint]
-                runs.append((nominal, *start, torques))
         draw = np.random.default_rng(0)
-        runs += [
-            (nominal, smooth[edge], rates[edge], torques + piece.torque_noise * noise)
-            for noise in (draw.normal(size=torques.shape) for _ in range(8))
-        ]
+        for _ in range(32):
+            q, v = smooth[edge] + draw.normal(size=2) * of_data[0], draw.normal(size=2) * of_slope
+            noise = piece.torque_noise * draw.normal(size=torques.shape)
+            runs.append((nominal, q, rates[edge] + v, torques + noise))
         bent = torques.copy()
-        bent[1:-1] += (torques[2:] - 2 * torques[1:-1] + torques[:-2]) / 12
+        bent[1:-1] -= (torques[2:] - 2 * torques[1:-1] + torques[:-2]) / 12
         runs.append((nominal, smooth[edge], rates[edge], bent))
         for path, share in self.tolerances.items():
             other = with_value(self.content, path, value_at(self.content, path) * (1 + share))
@@ -191,8 +186,7 @@ class Runs:
         found = integrated(runs, clock, steps)
         finer = integrated(runs[:1], clock, 2 * steps)[0]
         apart = found - found[0]
-        variance = (apart[1:5] ** 2).sum(axis=0) + (apart[13:] ** 2).sum(axis=0)
-        inputs = np.sqrt(variance + (apart[5:13] ** 2).mean(axis=0))
+        inputs = np.sqrt((apart[1:33] ** 2).mean(axis=0) + (apart[33:] ** 2).sum(axis=0))
         numerical, error = np.abs(found[0] - finer), finer - smooth[inner]
         validation = np.sqrt(numerical**2 + inputs**2 + of_data**2)
         outside = (np.abs(error) > 3 * validation).any(axis=1)

@@ -13,8 +13,10 @@ import pinocchio as pin
 import pytest
 
 from crosscheck.cli.files.robot_files import export_as_robot
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.file_types import MEASURED, MEASURED_PAGE, is_file_of_type
 from crosscheck.identification import compare
+from crosscheck.identification.forward import run_windows
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, SpatialRobot
 from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
@@ -292,3 +294,16 @@ def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled,
     assert "rigid gears (coupled) with the file's numbers" in answer.out.splitlines()[0]
     assert answer.code == 0
     assert_one_line(crosscheck("compare", bare, "paper-labelled"), "has no torques")
+
+
+def test_noisy_angles_of_a_motion_that_swings_through_do_not_call_the_right_arm_off():
+    """The start's errors grow a thousandfold, and by more in one sense than in the other."""
+    arm = make_plain_arm("plain", 2)
+    time = np.arange(2500) * 4e-3
+    clean = record_of(level(arm, "links"), time=time, amplitude=0.8, noise=0.0)
+    for seed in range(3):
+        noise = 1e-3 * np.random.default_rng(seed).normal(size=clean.position.shape)
+        record = replace(clean, position=clean.position + noise)
+        windows = run_windows([(record, record.motor_torque)], PlanarArm(arm), "links", {})
+        for window in require_items(windows):
+            assert window.stays_s == window.time[-1] - window.time[0]

@@ -14,6 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.models import inputs
 from crosscheck.models.errors import InputError
 from crosscheck.recordings.record import Record, read_record, require_even_enough
 from tests.measured.records import level, name_columns, record_of, write_table
@@ -63,6 +64,25 @@ def test_every_format_says_the_same(record, tmp_path):
 def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
     still = replace(record, position=record.position * [0.0, 1.0])
     assert_same(read_record(written(still, tmp_path / "r.csv"), 2), still)
+
+
+def test_gaps_of_a_record_are_said(record, tmp_path):
+    time = record.time.copy()
+    for row, later in ((100, 6e-3), (200, 3e-3), (300, 11e-3)):  # seven, four and twelve steps
+        time[row:] += later
+    found = read_record(written(replace(record, time=time), tmp_path / "r.csv"), 2)
+    (note,) = found.notes
+    assert note.startswith("the times have 2 gaps, the widest of 12 usual steps after 0.308 s")
+
+
+@pytest.mark.parametrize(("unit", "is_asked"), [("rad", True), ("deg", False)])
+def test_radians_of_many_turns_are_asked_about(record, tmp_path, caplog, unit, is_asked):
+    inputs.forget()
+    columns = {**name_columns(record), "theta_2_rad": np.linspace(0, -90, len(record.time))}
+    renamed = {name.replace("_rad", f"_{unit}"): values for name, values in columns.items()}
+    read_record(write_table(tmp_path / "r.csv", renamed), 2)
+    question = f"note: {tmp_path}/r.csv: theta_2_rad: -90 rad = 14.3 turns: is it in degrees?"
+    assert caplog.messages == [question] * is_asked
 
 
 def cell(text: str, row: int, column: int, value: str) -> str:
@@ -375,4 +395,6 @@ def test_a_bag_that_cannot_be_opened_is_one_line(tmp_path):
 def test_no_bag_is_one_line(crosscheck, tmp_path, name):
     path = tmp_path / name
     path.write_bytes(b"\x89MCAP0\r\nand then nothing") if path.suffix else path.mkdir()
-    assert_one_line(crosscheck("compare", path, "--joint", "a", "--joint", "b"), f"{name}: is no r")
+    said = "is no r" if path.suffix else "is a folder without the metadata.yaml of a ROS bag; name"
+    answer = crosscheck("compare", path, "--joint", "a", "--joint", "b")
+    assert_one_line(answer, f"{name}: {said}")

@@ -333,7 +333,7 @@ def test_friction_is_flagged_where_it_is_not_the_files():
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
 
 
-@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), ()])
+@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), ()])
 def test_runs_say_whether_they_stay(stays, snapshot: SnapshotAssertion):
     windows = [made(stays_s=each, time=[1.0, 3.0], within=1.0) for each in stays]
     assert "\n".join(messages._describe_runs(made(windows=windows))) == snapshot

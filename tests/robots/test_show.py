@@ -2,8 +2,11 @@
 
 import numpy as np
 import pinocchio as pin
+import pytest
 from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.models.robot.case import read_robot_data
+from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.provenance import ROOT
 from tests.robots.chains import Solid, joint, link, urdf
 
@@ -45,6 +48,20 @@ def test_a_robot_of_possible_bodies_is_shown(crosscheck):
             f"{head}, moves {body.mass:.4g} kg with all that is fixed to it,"
             f" of principal inertias {values} kg m^2"
         )
+
+
+@pytest.mark.parametrize(("inertia", "is_doubtful"), [(1e-4, False), (100.0, True)])
+def test_a_rotor_beyond_all_links_is_doubted(inertia, is_doubtful):
+    content, rotor = read_robot_data("sliding"), {"kind": "geared", "rotor_inertia_kg_m2": inertia}
+    content["robot"]["joints"] = {name: {**rotor, "ratio": 300.0} for name in ("swivel", "slide")}
+    file = RobotFile.model_validate(content["robot"])
+    said = [each for each in build_robot(file, content["urdf"], "", "").notes if "rotor" in each]
+    assert said == is_doubtful * [
+        "joint swivel: its rotor of 100 kg m^2 is 9e+06 kg m^2 at the joint, beside at most"
+        " 78 kg m^2 of all links; used as given",
+        "joint slide: its rotor of 100 kg m^2 is 9e+06 kg at the joint, beside at most"
+        " 30 kg of all links; used as given",
+    ]
 
 
 def test_friction_and_free_planets_of_a_joint_are_shown(crosscheck, tmp_path):

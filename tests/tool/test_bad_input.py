@@ -9,10 +9,12 @@ from pathlib import Path
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.models import inputs
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, format_line
 from crosscheck.models.files import HERE, is_robot
 from crosscheck.models.loading import Case, load_arm, load_case, load_scenario
+from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.plan import RESERVED_NAMES, Experiment, make_energy_experiments
 from tests.obstacles import OBSTACLES
 from tests.processes import Answer
@@ -223,3 +225,22 @@ def test_forced_run_that_diverges_says_when_and_writes_nothing(short, tmp_path, 
     answer = short("--step", "5e-4", "--t-end", "0.5", "--force", model=model)
     assert_one_line(answer, model, "diverged at t = ")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_radians_of_many_turns_in_an_experiment_or_a_urdf_are_asked_about(tmp_path, caplog):
+    inputs.forget()
+    settings = [f"scenario.start.theta_rad={angles}" for angles in ("[0.0, 45.0]", "6.28318531")]
+    for setting in (*settings, settings[0]):  # once of a field, and not of one turn
+        load_case("paper-labelled", "pd", settings=(setting, "scenario.drive.target_rad=-90.0"))
+    origin = '<inertial><origin rpy="0 0 90" xyz="0.25 0 0"/>'
+    text = (Path(__file__).parents[2] / "examples/gallery/pendulum.urdf").read_text(
+        encoding="utf-8"
+    )
+    (tmp_path / "p.urdf").write_text(re.sub('<inertial><origin xyz="0.25 0 0"/>', origin, text))
+    load_robot(tmp_path / "p.urdf")
+    end = "turns: is it in degrees?"
+    assert caplog.messages == [
+        f"note: pd: start.theta_rad: 45 rad = 7.16 {end}",
+        f"note: pd: drive.target_rad: -90 rad = 14.3 {end}",
+        f"note: {tmp_path}/p.urdf: link upper: origin.rpy: 90 rad = 14.3 {end}",
+    ]

@@ -128,6 +128,38 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
     assert_one_line(crosscheck(command, "--out", tmp_path / name), str(tmp_path), words[name])
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("compare", "{record}", "paper-labelled", "--out", "{}"),
+        ("compare", "{record}", "paper-labelled", "--json", "{}/compare.json"),
+        ("validate", "--quick", "--json", "{}/agreement.json"),
+        (*SIMULATE, "--out", "{}/run.nc"),
+    ],
+    ids=lambda command: f"{command[0]} {command[-1]}",
+)
+def test_a_command_that_is_refused_makes_no_folder(crosscheck, tmp_path, monkeypatch, command):
+    def refuse(*_: object) -> None:
+        raise InputError("work", "", None, "is refused")
+
+    for work in ("cli.simulation.perform_all", "cli.commands.run_with_progress"):
+        monkeypatch.setattr(f"crosscheck.{work}", refuse)
+    record, new = tmp_path / "record.csv", tmp_path / "new" / "folder"
+    record.write_text("a,b\n1,2\n")
+    answer = crosscheck(*(word.format(new, record=record) for word in command))
+    assert answer.code == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["record.csv"]
+
+
+@pytest.mark.parametrize("error", [InputError("a", "", None, "is bad"), KeyboardInterrupt()])
+def test_folders_made_for_a_file_that_is_not_published_are_removed(tmp_path, error):
+    (tmp_path / "old").mkdir()
+    with pytest.raises(type(error)), draft(tmp_path / "old" / "new" / "folder"):
+        raise error
+    assert list(tmp_path.iterdir()) == [tmp_path / "old"]
+    assert list((tmp_path / "old").iterdir()) == []
+
+
 @pytest.mark.usefixtures("no_work")
 def test_one_file_for_two_things_is_refused(crosscheck, tmp_path):
     (tmp_path / "link").symlink_to("new/a")

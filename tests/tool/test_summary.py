@@ -15,6 +15,7 @@ from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Charts
+from crosscheck.report.rendering import keep_minus
 from crosscheck.run import CrossCheck
 from crosscheck.trial.arms.entry_notes import describe_point_masses, describe_unfollowed
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
@@ -69,6 +70,12 @@ def test_numbers_that_equations_do_not_follow_are_reported_in_one_note(
     name: str, snapshot: SnapshotAssertion
 ):
     assert describe_unfollowed(UNFOLLOWED[name]) == snapshot
+
+
+def test_a_number_in_a_wrong_part_may_be_the_error():
+    said = describe_unfollowed(UNFOLLOWED["two"], {"force"})
+    assert said.endswith("g = 9.81, m_2 = 0.123457: are they hard-coded, with these values?")
+    assert describe_unfollowed(UNFOLLOWED["two"], {"bias"}).endswith("with your values.")
 
 
 def test_point_masses_are_named():
@@ -146,3 +153,10 @@ def test_the_derivation_works_a_links_mass_out_by_itself(name, labelled, monkeyp
         monkeypatch.setattr(Link, quantity, property(refuse))
     model = crosscheck.build(name, labelled, scenario)
     assert np.isfinite(model.mass_matrix(np.zeros(len(model.coordinates)))).all()
+
+
+def test_no_line_ends_between_a_minus_and_its_operand():
+    said = keep_minus("-m2 * (a - sin(q)) & c-d, --out -3")
+    wrapped = re.findall(r'<span class="minus">(.*?)</span>', said)
+    assert wrapped == ["-m2", "- sin(q", "-3"]
+    assert "&amp; c-d, --out" in said

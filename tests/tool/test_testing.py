@@ -9,6 +9,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.testing import Equations, assert_agrees
 from crosscheck.trial.input.loading import load_equations
+from crosscheck.trial.source.source_edit import SourceEdit
 from tests.processes import command_line
 from tests.tool.supplied import model_file
 
@@ -100,3 +101,20 @@ def test_part_put_in_the_place_of_another_is_what_is_judged(equations, labelled)
 def test_import_is_light(module, library):
     code = f"import crosscheck.{module}, sys; sys.exit({library!r} in sys.modules)"
     assert command_line(python=("-c", code)).returncode == 0
+
+
+LONG = "I1 + m1 * d1**2 + 2 * m12 - m22"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (f"{LONG} - m2 * d2**2", LONG.replace("**", " ** "), "- m2 * d2**2 should be left out"),
+        (LONG, LONG.replace("m12", "m21"), "m12 should be m21"),
+        (LONG, f"({LONG}) / 2", f"{LONG} should be ({LONG}) / 2"),
+        ("m12 - m22", "m12", "m12 - m22 should be m12"),
+    ],
+)
+def test_a_long_fix_is_said_without_the_ends_that_stay(old, new, said):
+    edit = SourceEdit("mine.py", 3, old, new, "", old, new, "", (), 1)
+    assert edit.short_remedy == said

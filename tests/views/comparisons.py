@@ -54,7 +54,10 @@ def list_facts(comparison: RecordComparison) -> Iterator[Fact]:
         for fact in _list_side(side):
             yield fact._replace(owners=(*fact.owners, "sides_with_other_gravity"))
     windows = comparison.windows
-    yield Fact(float(np.median([w.stays_s for w in windows])), "stays", (), "s")
+    durations = np.array([float(w.time[-1] - w.time[0]) for w in windows])
+    shares = np.array([w.stays_s for w in windows]) / durations
+    middle = float(np.quantile(shares, 0.5, method="higher"))
+    yield Fact(middle * float(np.median(durations)), "stays", (), "s")
     yield Fact(float(np.median([w.time[-1] - w.time[0] for w in windows])), "lasts", (), "s")
     yield Fact(float(np.mean([w.within for w in windows])), "share within")
     for window in windows:

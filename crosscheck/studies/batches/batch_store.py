@@ -14,7 +14,7 @@ from pathlib import Path
 
 from crosscheck.models.directories import make_private
 from crosscheck.models.errors import InputError
-from crosscheck.output import convert_os_errors
+from crosscheck.output import convert_os_errors, find_existing_folder
 from crosscheck.runner.store import Store
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.batches import pack_numbers, unpack_numbers
@@ -68,7 +68,7 @@ def batch_folder(out: Path) -> Path:
 
 def require_room(out: Path, needed: int, members: int) -> None:
     """Raise InputError unless the disk holds a result and its batches."""
-    free = shutil.disk_usage(out.parent).free
+    free = shutil.disk_usage(find_existing_folder(out.parent)).free
     needed_bytes = int(2 * SPARE * needed)  # the file, and the batches meanwhile
     if needed_bytes > free:
         need = f"{members:,} members need {needed_bytes / 1e9:,.1f} GB while they run"

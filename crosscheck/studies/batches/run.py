@@ -61,8 +61,8 @@ def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> i
     require_room(target, expected_bytes(study, result_columns), study.count)
     with (
         Workers(settings.jobs) as workers,
-        open_batches(target, study, result_columns, settings.resume) as store,
         draft(target.parent) as new,
+        open_batches(target, study, result_columns, settings.resume) as store,
     ):
         require_members(study)
         check_tasks = make_check_tasks(study, version)

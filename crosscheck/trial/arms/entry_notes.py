@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 
 from crosscheck.report.formatting import join_words
@@ -51,24 +51,32 @@ def describe_point_masses(points: Sequence[str]) -> str:
     )
 
 
-def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
+def describe_unfollowed(
+    unfollowed: Sequence[IgnoredNumber], wrong_parts: Set[str] = frozenset()
+) -> str:
     """One note on all numbers of the arm's file that the equations do not follow; or ''.
 
-    Of a number that is 0 in the file and in the equations there is nothing to say.
+    Of a number that is 0 in the file and in the equations there is nothing to say. wrong_parts: of
+    the equations, whose values may be the error.
     """
     literal = [each for each in unfollowed if each.value and not each.goes_with]
     tied = [each for each in unfollowed if each.goes_with]
-    sentences = []
+    sentences, is_wrong = [], False
     if literal:
         parts = list(dict.fromkeys(part for each in literal for part in each.parts))
         verb = "does" if len(parts) == 1 else "do"
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
+        is_wrong = not wrong_parts.isdisjoint(parts)
         it = "is it" if len(literal) == 1 else "are they"
+        value = f", with th{'is value' if len(literal) == 1 else 'ese values'}" if is_wrong else ""
         which = join_words(["M" if part == "mass_matrix" else part for part in parts])
         sentences.append(
-            f"Your {which} {verb} not change with the file's {listed_numbers}: {it} hard-coded?"
+            f"Your {which} {verb} not change with the file's {listed_numbers}:"
+            f" {it} hard-coded{value}?"
         )
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
-    return " ".join((*sentences, "The trial went ahead with your values.")) if sentences else ""
+    if sentences and not is_wrong:
+        sentences.append("The trial went ahead with your values.")
+    return " ".join(sentences)

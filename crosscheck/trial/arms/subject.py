@@ -280,7 +280,8 @@ class ArmSubject(TrialSubject):
 
     def list_notes(self, diagnosis: TrialDiagnosis) -> list[str]:
         """Numbers that are not followed, and errors on other arms alone."""
-        note = describe_unfollowed(diagnosis.ignored_numbers)
+        wrong_parts = {wrong.part for wrong in diagnosis.entries}
+        note = describe_unfollowed(diagnosis.ignored_numbers, wrong_parts)
         hidden = diagnosis.hidden
         lines = [*describe_entries(hidden), *describe_unexplained(hidden)]
         front = "Right on this arm. On others, whose numbers differ, this is wrong: "

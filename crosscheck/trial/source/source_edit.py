@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,27 @@ class SourceEdit:
             return f"{self.old} should be left out"
         if not self.removed:
             return f"{self.new} should follow {self.old}"
-        return f"{self.old} should be {self.new}{', as in the file' * self.is_stated}"
+        stated = f", as in the file, or the file's {self.added} should be {self.removed}"
+        return f"{self.old} should be {self.new}{stated * self.is_stated}"
+
+    @property
+    def short_remedy(self) -> str:
+        """The remedy without the ends that a long old and new text share."""
+        texts = self.old, self.new
+        if self.move or not self.removed or min(map(len, texts)) < LONG:
+            return self.remedy
+        spans = [list(re.finditer(r"[\w.]+|\*\*|\S", text)) for text in texts]
+        words = [[span[0] for span in each] for each in spans]
+        first = _count_equal(*words)
+        last = _count_equal(*(each[first:][::-1] for each in words))
+        middle = [each[first : len(each) - last] for each in spans]
+        old, new = (
+            text[each[0].start() : each[-1].end()] if each else ""
+            for text, each in zip(texts, middle, strict=True)
+        )
+        if not old or any(each.count("(") != each.count(")") for each in (old, new)):
+            return self.remedy
+        return replace(self, old=old, new=new).remedy
 
 
 @dataclass(frozen=True)
@@ -105,6 +126,12 @@ class SourceAnswer:
             yield f"the same by another edit: {listed}"
         if not self.is_unequal:
             yield "judged with these numbers alone: other errors may look the same"
+
+
+def _count_equal(old: Sequence[str], new: Sequence[str]) -> int:
+    """The number of equal words at the beginning of two lists."""
+    differing = (n for n, (a, b) in enumerate(zip(old, new, strict=False)) if a != b)
+    return next(differing, min(len(old), len(new)))
 
 
 def _list_names(names: Sequence[str]) -> str:
