@@ -74,10 +74,11 @@ def few_states() -> Iterator[None]:
     from crosscheck.identification import excitation
     from crosscheck.report.plots import figures
     from crosscheck.trial.arms import subject
-    from crosscheck.trial.changes.arms import waves
+    from crosscheck.trial.changes.arms import dependence, waves
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subject, "QUICK_STATES", 8)
+        patch.setattr(dependence, "FEW_STATES", 1)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)

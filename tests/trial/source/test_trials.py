@@ -7,7 +7,6 @@ import sys
 import textwrap
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -20,6 +19,7 @@ from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import worker
 from crosscheck.trial.tables.folder import format_arm_toml
 from tests.robots import chains, two_link
+from tests.schemas import assert_follows
 from tests.trial import robot_errors
 from tests.trial.test_dependence import arm_of
 
@@ -187,6 +187,7 @@ def test_functions_inside_a_function_are_edited():
 WEIGHTS = """
 import numpy as np
 from crosscheck import Equations
+from tests.schemas import assert_follows
 
 def model(arm):
     one, two = arm.links
@@ -287,7 +288,6 @@ def test_the_views_show_the_line(tmp_path, arm):
     page = (tmp_path / "report" / "trial.html").read_text(encoding="utf-8")
     assert "<del>v[1]</del> <ins>v[1] ** 2</ins>" in page
     content = json.loads((tmp_path / "report" / "trial.json").read_text(encoding="utf-8"))
-    schema = ROOT / "crosscheck" / "schema" / "trial.schema.json"
-    jsonschema.validate(content, json.loads(schema.read_text(encoding="utf-8")))
+    assert_follows(content, "trial")
     (edit,) = content["change"]["edits"]
     assert edit["file"] == "mine.py"
