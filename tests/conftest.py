@@ -75,9 +75,11 @@ def few_states() -> Iterator[None]:
     from crosscheck.report.plots import figures
     from crosscheck.trial.arms import subject
     from crosscheck.trial.changes.arms import dependence, waves
+    from crosscheck.trial.robots import subject as robot_subject
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(subject, "QUICK_STATES", 8)
+        patch.setattr(subject, "QUICK_STATES", 5)
+        patch.setattr(robot_subject, "QUICK_STATES", 5)
         patch.setattr(dependence, "FEW_STATES", 1)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)

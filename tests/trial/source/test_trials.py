@@ -210,7 +210,6 @@ def test_functions_inside_a_function_are_edited():
 WEIGHTS = """
 import numpy as np
 from crosscheck import Equations
-from tests.schemas import assert_follows
 
 def model(arm):
     one, two = arm.links
