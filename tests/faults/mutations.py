@@ -32,7 +32,7 @@ from crosscheck.runner.outcomes import Outcome
 from crosscheck.runner.tasks import Simulation
 from crosscheck.runner.workers import Workers
 
-BRIEF_S = 0.002
+BRIEF_S = 0.005
 Mutate = Callable[[Any], Any]
 ARRAYS = ("mass_matrix", "bias", "generalized_force", "acceleration")
 RUNS = ("simulate", "reference", "precise")

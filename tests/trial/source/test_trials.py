@@ -118,11 +118,11 @@ from chain_of_points import Chain as ChainOfPoints
 class Chain(ChainOfPoints):
     def inverse_dynamics(self, q, v, a):
         torques = super().inverse_dynamics(q, v, a)
-        omega, alpha, poses = np.zeros(3), np.zeros(3), self.poses(q)
+        omega, alpha, poses, bodies = np.zeros(3), np.zeros(3), self.poses(q), self.robot.bodies
         for k, (Rot, org, axis) in enumerate(poses):
             alpha = alpha + axis * a[k] + np.cross(omega, axis * v[k])
             omega = omega + axis * v[k]
-            inertia = Rot @ self.robot.bodies[k].inertia @ Rot.T
+            inertia = Rot @ bodies[k].inertia @ Rot.T
             twist = inertia @ alpha + np.cross(omega, inertia @ omega)
             torques[: k + 1] += [pose[2] @ twist for pose in poses[: k + 1]]
         return torques
@@ -138,7 +138,7 @@ def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
     points = points.replace(twist, "twist = np.zeros(3)")
     (tmp_path / "chain_of_points.py").write_text(points, encoding="utf-8")
     errors = (
-        ("Rot @ self.robot.bodies[k].inertia @ Rot.T", "Rot.T @ self.robot.bodies[k].inertia @ Rot"),
+        ("Rot @ bodies[k].inertia @ Rot.T", "Rot.T @ bodies[k].inertia @ Rot"),
         ("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)"),
     )
     model = write_model(tmp_path, MOMENTS, *errors)
