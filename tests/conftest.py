@@ -65,19 +65,22 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 @pytest.fixture(scope="session", autouse=True)
 def few_states() -> Iterator[None]:
-    """Quick trials look at 8 states, not 150; those in processes of their own at all of them.
+    """Quick trials look at 5 states, not 150 (of robots 8); in processes of their own at all.
 
-    Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. Axes of
-    drawings stay where they were made: room for their labels takes half of the time. The best of 8
-    motions is suggested.
+    Which numbers of an arm matter is asked at 1 state, not at 3. Where numbers are fitted, at 20
+    more than there are, not at 50 more than twice as many. Axes of drawings stay where they were
+    made: room for their labels takes half of the time. The best of 8 motions is suggested.
     """
     from crosscheck.identification import excitation
     from crosscheck.report.plots import figures
     from crosscheck.trial.arms import subject
-    from crosscheck.trial.changes.arms import waves
+    from crosscheck.trial.changes.arms import dependence, waves
+    from crosscheck.trial.robots import subject as robot_subject
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(subject, "QUICK_STATES", 8)
+        patch.setattr(subject, "QUICK_STATES", 5)
+        patch.setattr(robot_subject, "QUICK_STATES", 5)
+        patch.setattr(dependence, "FEW_STATES", 1)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)

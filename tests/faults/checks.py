@@ -70,7 +70,7 @@ START = {
 
 
 def probe_scenario(drive: str, joints: int = 2) -> Scenario:
-    """200 steps from a start in motion, off centre in every mesh, of up to three joints."""
+    """100 steps from a start in motion, off centre in every mesh, of up to three joints."""
 
     def of_joints(fields: Mapping[str, object]) -> dict[str, object]:
         return {k: v[:joints] if isinstance(v, list) else v for k, v in fields.items()}
@@ -79,7 +79,7 @@ def probe_scenario(drive: str, joints: int = 2) -> Scenario:
         {
             "schema_version": 1,
             "name": "probe",
-            "duration_s": 2e-3,
+            "duration_s": 1e-3,
             "step_s": 1e-5,
             "record_every": 10,
             "start": of_joints(START),

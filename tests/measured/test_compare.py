@@ -7,7 +7,6 @@ import sys
 from dataclasses import replace
 from unittest.mock import patch
 
-import jsonschema
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -42,10 +41,10 @@ from tests.measured.records import (
     record_of,
     write_table,
 )
+from tests.schemas import assert_follows
 from tests.tool.test_bad_input import assert_one_line
 
 PAYLOAD = "arm.payload_mass_kg"
-SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 SHIPPED = ROOT / "examples" / "recordings" / "payload.csv"
 
 
@@ -287,7 +286,7 @@ def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled,
     files = ("--json", tmp_path / "c.json", "--out", tmp_path)
     answer = crosscheck("compare", bare, "paper-labelled", "--scenario", "pd", *files)
     data = json.loads((tmp_path / "c.json").read_text())
-    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    assert_follows(data, "measured")
     assert data["sides"][0]["with_the_files_numbers"]["levels"][0]["level"] == "coupled"
     assert is_file_of_type(tmp_path / "c.json", MEASURED)
     assert is_file_of_type(tmp_path / "compare.html", MEASURED_PAGE)

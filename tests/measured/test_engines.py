@@ -3,7 +3,6 @@
 import json
 import re
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -17,8 +16,7 @@ from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.provenance import ROOT
 from crosscheck.recordings.record import Record
 from tests.measured.records import level, record_of
-
-SCHEMA = json.loads((ROOT / "crosscheck/schema/measured.schema.json").read_text())
+from tests.schemas import assert_follows
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +79,7 @@ def test_engines_that_disagree_judge_nothing(record, labelled, monkeypatch, wron
     assert lines[0].endswith("Nothing is said about the recording.")
     assert any(text in line for line in lines[: lines.index("")])
     data = json.loads(comparison_json(comparison))
-    jsonschema.validate(data, SCHEMA)
+    assert_follows(data, "measured")
     assert data["answer"] == lines[: lines.index("")]
     assert (data["engines_agree"], data["sides"]) == (False, [])
     page = comparison_page(comparison)

@@ -5,7 +5,6 @@ import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import jsonschema
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -30,15 +29,14 @@ from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.planning.robots import compute_robot_entries, make_cases, sample_models
-from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.chains import BOB, LIMIT, Solid, joint, link, random_chain, robot, urdf
+from tests.schemas import assert_follows
 
-SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 CHAINS, MOST_JOINTS = (3, 5) if DRAWS == SAMPLE else (DRAWS, 12)
 FAMILIES = {"states", "same-step", "invariants", "order"}
 
@@ -63,7 +61,7 @@ def test_a_urdf_alone_is_validated_with_all_its_files(crosscheck, tmp_path, bob)
     files = "--json", tmp_path / "a.json", "--junit", tmp_path / "a.xml"
     answer = crosscheck("validate", bob, "--quick", *files)
     data = json.loads((tmp_path / "a.json").read_text())
-    jsonschema.validate(data, SCHEMA)
+    assert_follows(data, "agreement")
     checks = [each for each in data["findings"] if each["kind"] == "check"]
     assert {each["family"] for each in data["findings"]} == FAMILIES
     assert {each["verdict"] for each in checks} == {"agree"}

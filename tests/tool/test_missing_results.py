@@ -1,10 +1,8 @@
 """What becomes of comparisons whose results are missing, in part or altogether."""
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -29,12 +27,11 @@ from crosscheck.planning.comparison import (
     make_comparison,
     summarise_entries,
 )
-from crosscheck.provenance import ROOT, record_provenance
+from crosscheck.provenance import record_provenance
 from crosscheck.report.formatting import describe_tally
 from crosscheck.report.summary import CheckResult
 from crosscheck.runner.outcomes import Failure
-
-SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
+from tests.schemas import assert_follows
 
 
 @dataclass(frozen=True)
@@ -134,7 +131,7 @@ def test_an_agreement_counts_its_checks_and_lists_the_first():
     stopped = make_unfinished_check(about("late"), "so")
     late = Agreement([fine, stopped], record_provenance(load_arm("probe"), 0, True))
     assert describe_tally(late) == "1 of 2 checks agree; 1 unfinished, not judged"
-    jsonschema.validate(late.to_dict(), SCHEMA, jsonschema.Draft202012Validator)
+    assert_follows(late.to_dict(), "agreement")
     codes = {0: [[fine, size]], 1: [[fine, stopped, red[0]], [size], []], 3: [[fine, stopped]]}
     for code, several in codes.items():
         assert {Agreement(findings).exit_code for findings in several} == {code}

@@ -8,7 +8,6 @@ import sys
 from contextlib import redirect_stdout
 from typing import NamedTuple
 
-import jsonschema
 import pytest
 
 from crosscheck import registry
@@ -19,9 +18,9 @@ from crosscheck.provenance import ROOT
 from tests.arms import PAPER
 from tests.audit.markup import axis_problems, page_problems
 from tests.brief import brief
+from tests.schemas import assert_follows
 
 pytestmark = pytest.mark.slow
-SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
 
 class Report(NamedTuple):
@@ -61,8 +60,7 @@ def test_every_check_of_the_papers_arm_agrees(quick_report):
 
 
 def test_agreement_follows_its_schema(quick_report):
-    jsonschema.Draft202012Validator.check_schema(SCHEMA)
-    jsonschema.validate(quick_report.agreement, SCHEMA, jsonschema.Draft202012Validator)
+    assert_follows(quick_report.agreement, "agreement")
 
 
 def test_the_page_is_well_formed_and_its_axes_have_units(quick_report):

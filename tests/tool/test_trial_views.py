@@ -4,10 +4,10 @@ import json
 import re
 from pathlib import Path
 
-import jsonschema
 import pytest
 
 from tests.processes import command_line
+from tests.schemas import assert_follows
 from tests.tool.supplied import model_file
 
 SCHEMAS = Path(__file__).parents[2] / "crosscheck" / "schema"
@@ -37,7 +37,7 @@ def huge():
 def validated(file: Path) -> dict:
     content = json.loads(file.read_text())
     for name, part in (("trial", content), ("agreement", content["agreement"])):
-        jsonschema.validate(part, json.loads((SCHEMAS / f"{name}.schema.json").read_text()))
+        assert_follows(part, name)
     return content
 
 

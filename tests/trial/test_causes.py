@@ -3,17 +3,14 @@
 import json
 from collections.abc import Iterator
 
-import jsonschema
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from crosscheck.provenance import ROOT
 from crosscheck.report.trials.output import format_trial_json, make_trial_maps
 from crosscheck.trial.result import Trial, TrialDiagnosis
 from tests.robots.trials import run_robot_trial
+from tests.schemas import assert_follows
 from tests.trial import arm_errors, robot_errors
-
-SCHEMA = json.loads((ROOT / "crosscheck/schema/trial.schema.json").read_text(encoding="utf-8"))
 
 
 def list_findings(trial: Trial) -> Iterator[str]:
@@ -33,7 +30,7 @@ def list_findings(trial: Trial) -> Iterator[str]:
 def assert_named(trial: Trial, snapshot: SnapshotAssertion) -> None:
     """What is found is as the snapshot has it, and the JSON file as its schema."""
     assert "\n".join(list_findings(trial)) == snapshot
-    jsonschema.validate(json.loads(format_trial_json(trial)), SCHEMA)
+    assert_follows(json.loads(format_trial_json(trial)), "trial")
 
 
 @pytest.mark.parametrize("case", robot_errors.CASES)

@@ -137,7 +137,8 @@ def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> T
 class StateQuestion(SelfKeyedTask):
     """A part of supplied equations, asked at random states in their coordinates.
 
-    model: the name of the equations; seed: of the states.
+    model: the name of the equations; seed: of the states; has_corners: whether it is asked at the
+    corners of mesh laws too.
     """
 
     model: str
@@ -145,6 +146,7 @@ class StateQuestion(SelfKeyedTask):
     quantity: str
     count: int
     seed: int
+    has_corners: bool = True
 
     @property
     def cost(self) -> float:
@@ -162,7 +164,8 @@ class StateQuestion(SelfKeyedTask):
         try:
             model = build_model(self.model, self.case)
             assert isinstance(model, SuppliedModel)  # as it was registered
-            states = draw_states(model.frame, self.case, self.count, self.seed)
+            drawn = draw_states(model.frame, self.case, self.count, self.seed)
+            states = drawn if self.has_corners else drawn[: self.count]
             source = model.repeated_equations if again else model.supplied
             for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
                 answers.append(answer)
@@ -269,7 +272,8 @@ class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
     has: the parts that they have, or that follow from those; motors: the joints that have one, from
-    0.
+    0; spares_corners: whether parts that take many calls for a state are asked at random states
+    alone.
     """
 
     name: str
@@ -279,6 +283,7 @@ class VerificationProblem:
     count: int
     seed: int
     motors: tuple[int, ...]
+    spares_corners: bool = False
 
     @property
     def mechanism(self) -> Arm:
@@ -365,7 +370,12 @@ class VerificationProblem:
 
     def ask_equations(self, quantity: str) -> StateQuestion:
         """The question of a part of the supplied equations."""
-        return StateQuestion(self.name, self.case, quantity, self.count, self.seed)
+        has_corners = self._has_corners(quantity)
+        return StateQuestion(self.name, self.case, quantity, self.count, self.seed, has_corners)
+
+    def _has_corners(self, quantity: str) -> bool:
+        """Whether a part is asked at the corners of mesh laws, which come after random states."""
+        return not (self.spares_corners and quantity in BY_RATES)
 
     @cached_property
     def _kept(self) -> dict[Any, Any]:
@@ -378,7 +388,8 @@ class VerificationProblem:
             try:
                 if model not in self._kept:
                     self._kept[model] = transform_model(model, *made_of)
-                answers = generate_answers(self._kept[model], quantity, self.states)
+                states = self.states if self._has_corners(quantity) else self.states[: self.count]
+                answers = generate_answers(self._kept[model], quantity, states)
                 self._kept[key] = np.array(list(answers))
             except (Exception, SystemExit) as error:  # of an engine that may be another's
                 self._kept[key] = failure_from_error(error)

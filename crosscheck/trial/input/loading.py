@@ -13,7 +13,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any, get_args
@@ -33,6 +33,7 @@ EXPECTED = "file.py:name or package.module:name"
 OF_SYMPY = "what crosscheck.testing.from_sympy makes of its matrices"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
+MOST_REMEMBERED = 64  # arms and scenarios, of whose equations a factory is asked once
 # Friction arguments of robots, whose files have none.
 FRICTION = ("viscous_friction", "coulomb_friction")
 # Attributes that are asked of no object.
@@ -117,10 +118,14 @@ def build_equations(
     find_code = find_code or partial(find_object_code, source)
     by_arm = _match_arguments(source, where, ("arm", "scenario"))
 
+    @lru_cache(maxsize=MOST_REMEMBERED)  # deriving equations may take a second
+    def call_source(*values: object) -> Any:
+        with _translate_errors(where, beside), _make_importable(beside):
+            return _call_factory(source, dict(zip(by_arm, values, strict=True)))
+
     def rebuild(other: Arm, drive: Scenario | None) -> Equations:
         values = {"arm": other, "scenario": drive or scenario}
-        with _translate_errors(where, beside), _make_importable(beside):
-            answer = _call_factory(source, {name: values[of] for name, of in by_arm.items()})
+        answer = call_source(*(values[of] for of in by_arm.values()))
         whole = _require_arm_equations(
             extract_equations(answer, where, "returned").adapt_to_arm(other, drive), where
         )

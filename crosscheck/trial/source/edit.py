@@ -42,7 +42,7 @@ class Edit(NamedTuple):
             return _parse_statements(self.text)
         text = f"_[{self.text}]" if self.is_slice else self.text
         other: Any = ast.parse(text, mode="eval").body
-        return ast.fix_missing_locations(other.slice if self.is_slice else other)
+        return other.slice if self.is_slice else other
 
 
 def _parse_statements(text: str) -> ast.stmt:

@@ -125,11 +125,12 @@ class EditCompiler:
         nodes = {id(edits[number].node): edits[number].node for number in joint}
         for number, other in joint.items():
             node = edits[number].node
-            chosen = ast.parse(f"{NUMBERS}[0] == {number}", mode="eval").body
             before = choices.get(id(node), node)
             assert isinstance(other, ast.expr)  # as the text of one is
             assert isinstance(before, ast.expr)
-            choices[id(node)] = ast.copy_location(ast.IfExp(chosen, other, before), node)
+            choices[id(node)] = ast.copy_location(
+                ast.IfExp(_parse_choice(number), other, before), node
+            )
         try:
             for key, choice in choices.items():
                 self.tree.put(nodes[key], choice)
@@ -146,3 +147,9 @@ class EditCompiler:
         for number in {self.tree.statements[id(node)] for node in changed}:
             compiled[number] = self.tree.code.compile(self.tree.code.statements[number])
         return compiled
+
+
+@cache
+def _parse_choice(number: int) -> ast.expr:
+    """The question whether a number is chosen; many trees share it."""
+    return ast.parse(f"{NUMBERS}[0] == {number}", mode="eval").body

@@ -111,6 +111,8 @@ class EditSearch:
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending, self.effects = list[MendingEdit](), list[EditEffect]()
+        # By rank, with whether they are promising: the likely ones are tried before the others.
+        self.edits = dict[int, list[tuple[Edit, bool | None]]]()
         self.energy_search: EditSearch | None = None
         self.budget_s = BUDGET_S
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
@@ -172,11 +174,12 @@ class EditSearch:
             self.energy_search.try_rank(rank, is_likely=is_likely)
             self._judge_edits(each.edit for each in self.energy_search.answers)
             return
-        self._judge_edits(
-            edit
-            for edit in list_edits(self.tree, rank)
-            if self._is_promising(edit.node, is_added=rank >= ADDING_RANK) == is_likely
-        )
+        if rank not in self.edits:
+            self.edits[rank] = [
+                (edit, self._is_promising(edit.node, is_added=rank >= ADDING_RANK))
+                for edit in list_edits(self.tree, rank)
+            ]
+        self._judge_edits(edit for edit, promise in self.edits[rank] if promise == is_likely)
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
             LITERAL_RANK: partial(self._solve_literals, LITERAL_RANK),
             VECTOR_RANK: partial(self._solve_literals, VECTOR_RANK),

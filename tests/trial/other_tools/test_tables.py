@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 from scipy.io import loadmat
@@ -30,6 +29,7 @@ from crosscheck.trial.tables.state_requests import (
 from crosscheck.trial.trial import run_trial
 from tests.loops import require_items
 from tests.processes import Command
+from tests.schemas import assert_follows
 from tests.tool.supplied import TWO_LINK
 from tests.tool.test_bad_input import assert_one_line
 from tests.trial.other_tools.tables import answers, bound, judge_table, sheets_of, write_csv
@@ -178,8 +178,7 @@ def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_p
     assert (answer.code, answer.err.count("Traceback")) == (0, 0)
     assert "also on 2 other arms, to catch errors" in answer.out
     assert "agrees with coupled" in answer.out
-    schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
-    jsonschema.validate(json.loads(Path("trial.json").read_text()), schema)
+    assert_follows(json.loads(Path("trial.json").read_text()), "trial")
 
 
 def answered_by_c(crosscheck: Command, arm: str, folder: str, stem: str) -> str:

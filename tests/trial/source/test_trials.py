@@ -7,7 +7,6 @@ import sys
 import textwrap
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -20,6 +19,7 @@ from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import worker
 from crosscheck.trial.tables.folder import format_arm_toml
 from tests.robots import chains, two_link
+from tests.schemas import assert_follows
 from tests.trial import robot_errors
 from tests.trial.test_dependence import arm_of
 
@@ -127,20 +127,43 @@ def test_the_line_is_named_where_other_coordinates_explain_all_too(tmp_path, arm
     assert trial.change is None or trial.change.is_whole
 
 
+# On what a chain of mass points needs, which is right and in another file.
+MOMENTS = """
+import numpy as np
+from chain_of_points import Chain as ChainOfPoints
+
+class Chain(ChainOfPoints):
+    def inverse_dynamics(self, q, v, a):
+        torques = super().inverse_dynamics(q, v, a)
+        omega, alpha, poses, bodies = np.zeros(3), np.zeros(3), self.poses(q), self.robot.bodies
+        for k, (Rot, org, axis) in enumerate(poses):
+            alpha = alpha + axis * a[k] + np.cross(omega, axis * v[k])
+            omega = omega + axis * v[k]
+            inertia = Rot @ bodies[k].inertia @ Rot.T
+            twist = inertia @ alpha + np.cross(omega, inertia @ omega)
+            torques[: k + 1] += [pose[2] @ twist for pose in poses[: k + 1]]
+        return torques
+"""
+
+
 def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
     """The first is mended at zero rates, where the second has no effect."""
     recursion = ROOT / "benchmarks" / "source_edits" / "recursion.py"
-    text, right = recursion.read_text(encoding="utf-8"), "Rot @ body.inertia @ Rot.T"
-    wrong = text.replace(right, "Rot.T @ body.inertia @ Rot")
-    assert wrong.count("np.cross(omega, inertia @ omega)") == 1
-    wrong = wrong.replace("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)")
-    (tmp_path / "mine.py").write_text(wrong, encoding="utf-8")
+    points = recursion.read_text(encoding="utf-8")
+    twist = "twist = inertia @ alpha + np.cross(omega, inertia @ omega)"
+    assert points.count(twist) == 1
+    points = points.replace(twist, "twist = np.zeros(3)")
+    (tmp_path / "chain_of_points.py").write_text(points, encoding="utf-8")
+    errors = (
+        ("Rot @ bodies[k].inertia @ Rot.T", "Rot.T @ bodies[k].inertia @ Rot"),
+        ("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)"),
+    )
+    model = write_model(tmp_path, MOMENTS, *errors)
     robot = chains.robot(robot_errors.TURNED.urdf, {f"j{n}": chains.geared(3.0) for n in (1, 2)})
-    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", robot).change
+    answer = try_equations(model.replace(":model", ":Chain"), robot).change
     assert answer.wrong == ()
     assert answer.level == "links"  # not the one that two errors are nearest to
-    line = find_line(text, right)
-    assert [each.line for each in answer.edits] == [line, line + 2]
+    assert [each.line for each in answer.edits] == [find_line(MOMENTS, old) for old, _ in errors]
 
 
 def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
@@ -311,7 +334,6 @@ def test_the_views_show_the_line(tmp_path, arm):
     page = (tmp_path / "report" / "trial.html").read_text(encoding="utf-8")
     assert "<del>v[1]</del> <ins>v[1] ** 2</ins>" in page
     content = json.loads((tmp_path / "report" / "trial.json").read_text(encoding="utf-8"))
-    schema = ROOT / "crosscheck" / "schema" / "trial.schema.json"
-    jsonschema.validate(content, json.loads(schema.read_text(encoding="utf-8")))
+    assert_follows(content, "trial")
     (edit,) = content["change"]["edits"]
     assert edit["file"] == "mine.py"

@@ -190,14 +190,19 @@ class Dependence:
         return [None if each is None else next(compared) for each in problems]
 
     def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
-        """The problem on another arm at few states, the drive as it is."""
+        """The problem on another arm at few states, the drive as it is.
+
+        Of the corners of mesh laws, which may be 64, the bias by pairs of rates needs none.
+        """
         problem = self.comparison.problem
         case = Case(arm, problem.case.scenario, problem.case.switches)
         try:
             equations = problem.equations.adapt_to_arm(arm, case.scenario)
         except InputError:  # equations of some arms alone
             return None
-        return replace(problem, equations=equations, case=case, count=FEW_STATES)
+        return replace(
+            problem, equations=equations, case=case, count=FEW_STATES, spares_corners=True
+        )
 
 
 def _subsets(powers: Powers) -> list[dict[str, int]]:
