@@ -65,7 +65,7 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 @pytest.fixture(scope="session", autouse=True)
 def few_states() -> Iterator[None]:
-    """Quick trials look at 5 states, not 150 (of robots 8); in processes of their own at all.
+    """Quick trials of arms look at 5 states, not 150; those in processes of their own at all.
 
     Which numbers of an arm matter is asked at 1 state, not at 3. Where numbers are fitted, at 20
     more than there are, not at 50 more than twice as many. Axes of drawings stay where they were
@@ -75,11 +75,9 @@ def few_states() -> Iterator[None]:
     from crosscheck.report.plots import figures
     from crosscheck.trial.arms import subject
     from crosscheck.trial.changes.arms import dependence, waves
-    from crosscheck.trial.robots import subject as robot_subject
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subject, "QUICK_STATES", 5)
-        patch.setattr(robot_subject, "QUICK_STATES", 5)
         patch.setattr(dependence, "FEW_STATES", 1)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
