@@ -15,9 +15,13 @@ from crosscheck.trial.judge.entries import (
 )
 
 
-def name_entry(wrong: EntryMismatch, names: Sequence[str]) -> EntryMismatch:
-    """The entry with its name, and the guess at its error where no note says more."""
-    return replace(wrong, name=format_entry(wrong.place, names), guess=guess(wrong))
+def name_entry(wrong: EntryMismatch, names: Sequence[str], causes: Sequence[str]) -> EntryMismatch:
+    """The entry with its name, and the first cause of all or a guess at its error.
+
+    causes: in words, what explains all entries.
+    """
+    words = causes[0] if causes else guess(wrong)
+    return replace(wrong, name=format_entry(wrong.place, names), guess=words)
 
 
 def describe_entries(wrong: Sequence[EntryMismatch]) -> Iterator[str]:

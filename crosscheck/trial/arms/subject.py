@@ -177,14 +177,15 @@ class ArmSubject(TrialSubject):
         is_explained = bool(readings or explanations) or not level
         is_open = wrong_parts and not is_explained and problem.equations.has_open_angles
         if is_open and is_nearer_absolute(problem, values, level):
-            entries = [name_entry(each, problem.names) for each in here.wrong_entries]
+            entries = [name_entry(each, problem.names, ()) for each in here.wrong_entries]
             return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
         if readings or explanations:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
             diagnosis = diagnose(here, self._compare_probes(level), self.perform)
         names = problem.names
-        entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
+        causes = [*explanations, *(f"right in {each.described}" for each in readings)]
+        entries = [name_entry(each, names, causes) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
         numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
         return TrialDiagnosis(

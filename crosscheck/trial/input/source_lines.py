@@ -7,8 +7,10 @@ import textwrap
 from pathlib import Path
 from typing import NamedTuple
 
+import crosscheck
 from crosscheck.trial.input.equations import Equations
 
+PACKAGE = Path(crosscheck.__file__).parent
 MOST_LINES = 30
 FUNCTIONS = {
     "mass_matrix": ("mass_matrix",),
@@ -27,13 +29,15 @@ class SourceLines(NamedTuple):
 
 
 def find_source(equations: Equations, part: str) -> SourceLines | None:
-    """The lines of the function that answers a part; None where it has none in a file."""
+    """The lines of the function that answers a part; None where it has none in the user's file."""
     for name in FUNCTIONS.get(part, ()):
         function = getattr(equations, name)
         try:
             code = inspect.unwrap(function).__code__
             lines, first = inspect.getsourcelines(code)
         except (AttributeError, OSError, TypeError):  # none, built in, or made from symbols
+            continue
+        if PACKAGE in Path(code.co_filename).parents:  # as of a table or an FMU
             continue
         shown = textwrap.dedent("".join(lines)).splitlines()
         more = ["..."] if len(shown) > MOST_LINES else []

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-import crosscheck
 from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.source_lines import PACKAGE
 
 LIBRARIES = ("numpy", "math")  # modules whose functions make data
 MODULE = "_crosscheck_edited"  # name of modules that are made of edited source
@@ -100,8 +100,7 @@ def find_code(equations: Equations) -> UserCode | None:
     if equations.table is not None:
         return None
     code = equations.find_code() if equations.find_code else find_object_code(equations)
-    package = Path(crosscheck.__file__).parent
-    return None if code is None or package in Path(code.file).parents else code
+    return None if code is None or PACKAGE in Path(code.file).parents else code
 
 
 def find_object_code(source: Any) -> UserCode | None:

@@ -242,7 +242,11 @@ def test_another_number_of_the_file_explains_a_table(numbers, tmp_path, snapshot
     other = other.model_copy(update={"gravity_m_per_s2": (numbers.get("g", G), 0.0)})
     table = TableTrial(arm, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, in_letters(other), False))
-    assert judge_table(table, file).causes == snapshot
+    trial = judge_table(table, file)
+    assert trial.causes == snapshot
+    # Its answers come from no function of the user's, and every entry has the same cause.
+    assert set(trial.sources.values()) == {None}
+    assert len({each.cause for each in trial.wrong}) == 1
 
 
 def test_a_term_at_another_product_of_rates_is_named(tmp_path):
