@@ -292,8 +292,8 @@ class _Reader:
     def _placement(self, element: Element) -> Placement:
         origin = element.find("origin")
         position = np.array(self._numbers(origin, "origin.xyz", (0.0, 0.0, 0.0)))
-        roll, pitch, yaw = self._numbers(origin, "origin.rpy", (0.0, 0.0, 0.0))
-        doubt_degrees(self.where, f"{self.element.tag} {self.name}: origin.rpy", (roll, pitch, yaw))
+        rpy = roll, pitch, yaw = self._numbers(origin, "origin.rpy", (0.0, 0.0, 0.0))
+        doubt_degrees(self.where, f"{self.element.tag} {self.name}: origin.rpy", rpy)
         return Placement(
             _axis_rotation(2, yaw) @ _axis_rotation(1, pitch) @ _axis_rotation(0, roll), position
         )

@@ -75,4 +75,4 @@ def test_equations_of_a_space_robot_are_on_trial(name):
     assert "motors: at joint_1, joint_2 alone" in trial.scope
     if name == "lost_reaction":
         words = " ".join(trial.lines)
-        assert "link_2: Izz is missing in M[base_yaw, joint_2]" in words
+        assert "link_2, with what is fixed to it: Izz is missing in M[base_yaw, joint_2]" in words

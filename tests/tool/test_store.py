@@ -169,16 +169,15 @@ def test_another_users_folder_is_not_trusted(folder, capfd):
     assert "belongs to another user; simulations are not kept" in said
 
 
-@pytest.mark.parametrize(
-    ("place", "why"), [("file", "Not a directory"), ("full", "No such file or directory")]
-)
+@pytest.mark.parametrize(("place", "why"), [("file", "Not a directory"), ("gone", "File exists")])
 def test_a_place_that_takes_nothing_costs_the_keeping_alone(tmp_path, capfd, place, why):
-    """A folder below a file cannot be made; of one that is gone as of a full disk nothing is."""
+    """A folder below a file cannot be made, nor one where a file stands since."""
     (tmp_path / "file").touch()
     folder = tmp_path / place / "store"
     study = Study(folder)
-    if place == "full":
+    if place == "gone":
         folder.rmdir()
+        folder.touch()
     for numbers in ((2.0, 3.0), (2.0,), (5.0,)):
         found = study.answer_questions([Square(number) for number in numbers], "squares")
         assert found == [{"square": number**2} for number in numbers]

@@ -121,7 +121,8 @@ def list_all_numbers(robot: Robot) -> Iterator[RobotNumber]:
                 name, where = f"{part.name}: {field.words.format(entry)}", (part.name, *path)
                 size = max(float(np.abs(get_value(part.in_link, field.path)).max()), field.size)
                 value, put = float(get_value(part.in_link, path)), partial(build_robot, part, path)
-                yield RobotNumber(".".join(map(str, where)), name, field.unit, value, size, put)
+                if size:
+                    yield RobotNumber(".".join(map(str, where)), name, field.unit, value, size, put)
 
 
 def list_part_mistakes(robot: Robot, part: BodyPart) -> dict[str, RobotBody]:

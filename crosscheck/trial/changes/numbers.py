@@ -117,7 +117,7 @@ class RobotNumber:
 
     def list_counterparts(self, numbers: Iterable[RobotNumber]) -> list[float]:
         """Values of the same field of other parts, with which a part's may be exchanged."""
-        if self.factor or not self.unit:
+        if self.factor or not self.unit or not self.step:
             return []
         field = PLACE.sub("", self.path)
         return [each.value for each in numbers if PLACE.sub("", each.path) == field]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache, partial
 
-from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.arm import Arm, Link
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.planar import build_planar_robot
@@ -74,9 +74,15 @@ def replace_numbers(arm: Arm, numbers: Mapping[str, float]) -> Arm:
 def list_robot_numbers(arm: Arm, *, has_gears: bool) -> Iterator[RobotNumber]:
     """The numbers of an arm by their symbols, each of which makes another robot of the arm.
 
-    Those are left out of which no arm has three times as much, as of an angle of pressure.
-    has_gears: whether the robot has them; else it is links and payload alone.
+    A rod has the mass and inertia of its own that it has in equations. Numbers are left out of
+    which no arm has three times as much. has_gears: whether the robot has them; else it is links
+    and payload alone.
     """
+    bodies = tuple(
+        Link(length_m=e.length_m, com_m=e.com_m, mass_kg=e.mass, inertia_kg_m2=e.inertia)
+        for e in arm.links
+    )
+    arm = arm.model_copy(update={"links": bodies})
 
     @cache
     def build_robot(path: Path, value: float) -> Robot:
@@ -86,23 +92,20 @@ def list_robot_numbers(arm: Arm, *, has_gears: bool) -> Iterator[RobotNumber]:
         path, value = _find_path(name), get_number(arm, name)
         record: Data = arm if len(path) < 3 else get_value(arm, path[:2])
         field = next(each for each in describe_fields(type(record)) if each.name in path)
-        size = abs(value) or nonzero_substitute(arm, name)
-        if size and not field.name.startswith("friction"):  # which no part but force has
+        size, symbol = abs(value) or nonzero_substitute(arm, name), _find_symbol(path)
+        if size and symbol and not field.name.startswith("friction"):  # which force alone has
             put = partial(build_robot, path)
             with suppress(InputError):
                 put(value + 2 * size)
-                yield RobotNumber(name, _find_symbol(path), field.unit, value, size, put)
+                yield RobotNumber(name, symbol, field.unit, value, size, put)
 
 
 def _find_symbol(path: Path) -> str:
-    """The symbol of the number at a path; its field's name where it has none."""
+    """The symbol of the number at a path; '' where it has none."""
     if path[0] == "gravity_m_per_s2":
         return ("g_x", "g_y")[int(path[1])]
     symbol = SYMBOL_OF_FIELD.get(str(path[-1]), "")
-    if len(path) < 3:
-        return symbol
-    place = int(path[1]) + 1
-    return f"{symbol}{place}" if symbol else f"{path[-1]} of {str(path[0])[:-1]} {place}"
+    return f"{symbol}{int(path[1]) + 1}" if symbol and len(path) > 2 else symbol
 
 
 def scale_by_powers(value: float, powers: Powers, factor: Callable[[str], float]) -> float:
