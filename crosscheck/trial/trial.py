@@ -164,13 +164,10 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     if problem.equations.drive is None:
         idle = find_idle_motors(answers, subject.motors)
         notes += _describe_idle_motors(problem.joint_names, subject.motors, idle, problem.equations)
-    if subject.explains_faults:
-        wrong = {entry.part for entry in diagnosis.entries}
-        self_checks = [
-            each
-            for each in self_checks
-            if each.part not in wrong or each.finding.verdict == "failed"
-        ]
+    wrong = {entry.part for entry in diagnosis.entries if subject.explains_faults or entry.notes}
+    self_checks = [
+        each for each in self_checks if each.part not in wrong or each.finding.verdict == "failed"
+    ]
     relative_errors, allowed = subject.measure_errors(level)
     remarks = [*subject.list_remarks(), *_describe_motors(problem.joint_names, subject.motors)]
     missing = [part for part in subject.whole if part not in answers.values]

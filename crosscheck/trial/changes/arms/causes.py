@@ -81,7 +81,7 @@ def _explain_arms(
 
 def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> EntryMismatch:
     arm, place = arms[0], wrong.place
-    if arm.terms is None or place.part == "acceleration":
+    if arm.terms is None or place.part == "acceleration" or wrong.notes:
         return wrong
     if place.rates is not None and arm.is_caused_by_mass(place):
         return replace(wrong, notes=(FOLLOWS,))

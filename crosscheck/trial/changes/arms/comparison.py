@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations_with_replacement
 
@@ -41,6 +41,7 @@ BY_ENTRY = {
     "gravity": "gravity",
     "force": "force",
 }
+UNQUADRATIC = "is no sum of products of two rates"
 Rates = tuple[int, int]
 Perform = Callable[[Sequence[ModelTask]], Results]
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
@@ -50,7 +51,8 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
-    letters: the user's map in letters, where those of the arm do not decide.
+    letters: the user's map in letters, where those of the arm do not decide. whole_bias: both
+    answers (K, n) to the bias at the states, of which the terms by rates are its values at others.
     """
 
     problem: VerificationProblem
@@ -59,6 +61,7 @@ class EntryComparison:
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
     letters: np.ndarray | None = None
+    whole_bias: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def frame(self) -> Frame:
@@ -87,15 +90,30 @@ class EntryComparison:
             yield from entries.find_wrong_entries(
                 quantity, values, self.reference_values[quantity], self.sizes
             )
+        yield from self._unquadratic_entries
+
+    @cached_property
+    def _unquadratic_entries(self) -> list[EntryMismatch]:
+        """The rows of the bias that are wrong although all their products of rates are right."""
+        if self.whole_bias is None:
+            return []
+        yours, right = (each["rate_terms"] for each in (self.user_values, self.reference_values))
+        terms = entries.find_wrong_entries("rate_terms", yours, right, self.sizes)
+        rows = {each.place.row for each in terms}
+        wrong_rows = entries.find_wrong_entries("bias", *self.whole_bias, self.sizes)
+        return [
+            replace(each, notes=(UNQUADRATIC,)) for each in wrong_rows if each.place.row not in rows
+        ]
 
     @property
     def relative_errors(self) -> dict[str, np.ndarray]:
         """Difference of each entry from the reference's, relative to its size, part by part."""
+        pairs = {part: (v, self.reference_values[part]) for part, v in self.user_values.items()}
+        if self._unquadratic_entries and self.whole_bias:
+            pairs["bias"] = self.whole_bias
         return {
-            quantity: entries.deviations(
-                values, self.reference_values[quantity], self.sizes.entry_sizes(quantity)
-            )
-            for quantity, values in self.user_values.items()
+            part: entries.deviations(*pair, self.sizes.entry_sizes(part))
+            for part, pair in pairs.items()
         }
 
     @cached_property
@@ -228,7 +246,13 @@ def compare_entries(problem: VerificationProblem, level: str, results: Results) 
         right = None if user_answer is None else problem.find_right(level, quantity)
         if user_answer is not None and right is not None:
             user_values[quantity], reference_values[quantity] = user_answer, right
-    return EntryComparison(problem, level, results, user_values, reference_values)
+    whole = None
+    if "rate_terms" in user_values:
+        answer, right = results.get(problem.ask_equations("bias")), problem.find_right(level, "bias")
+        whole = None if answer is None or right is None else (answer, right)
+    return EntryComparison(
+        problem, level, results, user_values, reference_values, whole_bias=whole
+    )
 
 
 def ask_and_compare(
