@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
 MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
+COMPOSED = ("inverse_dynamics", "acceleration")  # parts that follow from others
 # Verdicts that no wrong entry accounts for.
 UNACCOUNTED = ("failed", "unfinished", "unresolved")
 
@@ -319,7 +320,11 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
 
 
 def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
-    """The entry that is wrong, how many others are, and by how much, in words."""
+    """The entry that is wrong, how many others are, and by how much, in words.
+
+    What M, bias and gravity make together is not counted beside these.
+    """
+    wrong = [each for each in wrong if each.part not in COMPOSED] or wrong
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""
     verb, whose = ("are", "their") if count > 1 else ("is", "its")

@@ -20,7 +20,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.equations import Equations, Symbolic
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.syntax import Scope, SourceTree
 
@@ -56,7 +56,7 @@ def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
 
     equations: as the code makes them, with their symbols.
     """
-    symbolic = equations.symbolic
+    symbolic = _state_gravity(equations.symbolic)
     if symbolic is None:
         return None
     code, top = tree.code, tree.scopes[id(tree.code.statements[0])]
@@ -64,13 +64,23 @@ def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
     factories = [tree.functions[each.name] for each in named]
     for scope in (top, *factories):
         values = dict(_list_expressions(scope, symbolic.x, symbolic.v))
-        roles = _find_roles(values, equations)
+        roles = _find_roles(values, symbolic)
         names = [name for name in roles[:2] if name]
         end = _find_end(scope, code.statements, names) if names else None
         if end is not None:
             make = functools.partial(_make_equations, equations=equations, roles=roles)
             return _cut_code(code, scope, end, list(dict.fromkeys(names)), make)
     return None
+
+
+def _state_gravity(symbolic: Symbolic | None) -> Symbolic | None:
+    """The expressions with their gravity, which a force holds at rest without torques."""
+    import sympy as sp
+
+    if symbolic is None or symbolic.gravity is not None or symbolic.force is None:
+        return symbolic
+    rest = dict.fromkeys((*symbolic.v, *symbolic.torque), sp.Integer(0))
+    return replace(symbolic, gravity=-symbolic.force.xreplace(rest))
 
 
 def _list_expressions(
@@ -109,13 +119,11 @@ def _split_digits(name: str) -> list[Any]:
     return [int(each) if each.isdigit() else each for each in re.split(r"(\d+)", name)]
 
 
-def _find_roles(values: Mapping[str, sp.Expr], equations: Equations) -> _Roles:
+def _find_roles(values: Mapping[str, sp.Expr], symbolic: Symbolic) -> _Roles:
     """Which variables have M and gravity of the equations as their derivatives.
 
     One that has both, T - V, comes before two.
     """
-    symbolic = equations.symbolic
-    assert symbolic is not None  # as the caller has seen
     kinetic, potential = list[str](), dict[str, int]()
     for name, value in values.items():
         if symbolic.mass_matrix is not None:
@@ -139,7 +147,7 @@ def _differentiate_twice(value: sp.Expr, rates: Sequence[sp.Symbol]) -> sp.Matri
     return sp.Matrix([[slope.diff(rate) for rate in rates] for slope in slopes])
 
 
-def _differentiate_at_rest(value: sp.Expr, symbolic: Any) -> sp.Matrix:
+def _differentiate_at_rest(value: sp.Expr, symbolic: Symbolic) -> sp.Matrix:
     import sympy as sp
 
     rest = value.xreplace(dict.fromkeys(symbolic.v, sp.Integer(0)))
@@ -239,13 +247,34 @@ def _make_equations(values: Sequence[Any], *, equations: Equations, roles: _Role
         assert bound.force is not None
         mass = functools.partial(_compute_mass_matrix, bound.bias)
         gravity = functools.partial(_compute_gravity, bound.force, roles.sign)
-        return Equations(
+        made = Equations(
             mass_matrix=(lambda x: mass(x)) if roles.kinetic else None,
-            gravity=(lambda x: gravity(x)) if roles.potential else None,
             coordinates=inner.coordinates,
         )
+        if not roles.potential:
+            return made
+        if symbolic.gravity is not None:
+            return replace(made, gravity=lambda x: gravity(x))
+        return replace(made, force=_hold_weights(equations.adapt_to_arm(arm, scenario), gravity))
 
     return Equations(bias=inner.bias, coordinates=inner.coordinates, rebuild=rebuild)
+
+
+def _hold_weights(
+    equations: Equations, gravity: Callable[[np.ndarray], np.ndarray]
+) -> Callable[..., np.ndarray]:
+    """The force of equations with other weights in it."""
+    own, symbolic = equations.force, equations.symbolic
+    assert own is not None  # which has the weights
+    assert symbolic is not None  # as it was made of symbols
+
+    def add(t: float, x: np.ndarray, v: np.ndarray, *torque: np.ndarray) -> np.ndarray:
+        at_rest = own(t, x, 0 * v, *(0 * each for each in torque))
+        return np.ravel(own(t, x, v, *torque) - at_rest) - gravity(x)
+
+    if symbolic.torque:
+        return lambda t, x, v, torque: add(t, x, v, torque)
+    return lambda t, x, v: add(t, x, v)
 
 
 def _compute_mass_matrix(energy: Callable[..., np.ndarray], x: np.ndarray) -> np.ndarray:

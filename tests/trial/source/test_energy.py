@@ -47,6 +47,7 @@ def arm():
         ("d2 * sp.cos(a1 + a2)", "d2 * sp.cos(a2)", "a1 + a2", ""),
         ("g * m2 * y2", "g * m2 * y1", "g * m2 * y2", "arm"),
         ("g * m2 * y2", "g * m2 * x2", "y2", "L alone"),
+        ("g * m2 * y2", "g * m2 * x2", "y2", "forcing"),
     ],
 )
 def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new, argument):
@@ -55,6 +56,8 @@ def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new, a
     if argument == "L alone":
         potential = text[text.index("V = ") + 4 :].partition("\n")[0]
         text = text.replace(f"    V = {potential}\n", "\n").replace("- V", f"- ({potential})")
+    elif argument == "forcing":  # of which the weights are a part
+        text = text.replace("bias=C, gravity=G", "forcing=-C - G")
     else:
         text = text.replace("model()", f"model({argument})")
     file = tmp_path / "mine.py"
