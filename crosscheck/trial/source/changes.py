@@ -111,10 +111,15 @@ def _is_near(text: str, other: str, kind: Kind) -> bool:
 
 
 def list_repeated_exchanges(site: Site) -> Texts:
-    """Another name, attribute or element wherever a statement has one more than once."""
-    if not isinstance(site.node, ast.Assign | ast.AugAssign):
+    """Another name, attribute or element wherever a statement or a call has one more than once."""
+    node = site.node
+    if isinstance(node, ast.Assign | ast.AugAssign | ast.Return):
+        whole: ast.AST = node.value or node
+    elif isinstance(node, ast.Call) and site.is_value:
+        whole = node
+    else:
         return
-    leaves = [node for node in ast.walk(site.node.value) if site.tree.is_leaf(node)]
+    leaves = [each for each in ast.walk(whole) if site.tree.is_leaf(each)]
     for text, count in Counter(map(ast.unparse, leaves)).items():
         repeated = [node for node in leaves if count > 1 and ast.unparse(node) == text]
         place = Site(site.tree, repeated[0]) if repeated else site
