@@ -219,7 +219,8 @@ def trial(
         Text,
         Argument(
             metavar="MODEL",
-            help="file.py:name, package.module:name or .fmu; its code is run. Not with --answers.",
+            help="file.py, file.py:name, package.module:name or .fmu; its code is run."
+            " Not with --answers.",
         ),
     ] = None,
     arm: Annotated[

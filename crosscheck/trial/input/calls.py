@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from traceback import StackSummary, TracebackException
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,12 @@ LAMBDIFIED = "<lambdifygenerated"  # file name that SymPy gives to a function th
 # These packages' frames count where we call them; a user's own frame comes before those of a
 # user's call. FMPy calls a unit, of which Python has no frame.
 CALLING_PACKAGES = ("crosscheck", "numpy", "fmpy")
+
+
+def select_parts(names: Mapping[str, Any]) -> SimpleNamespace:
+    """The parts of equations among the names of a file, with its coordinates and motors."""
+    kept = (*TAKES, "coordinates", "drive")
+    return SimpleNamespace(**{name: names[name] for name in kept if name in names})
 
 
 def call_part(

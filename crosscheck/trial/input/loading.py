@@ -23,13 +23,14 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, describe_type
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.robot.robot import RIGID, Robot
+from crosscheck.report.formatting import list_first
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
-from crosscheck.trial.input.calls import MEANT, TAKES, make_named_calls
+from crosscheck.trial.input.calls import MEANT, TAKES, make_named_calls, select_parts
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
-EXPECTED = "file.py:name or package.module:name"
+EXPECTED = "file.py, file.py:name or package.module:name"
 OF_SYMPY = "what crosscheck.testing.from_sympy makes of its matrices"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
@@ -67,21 +68,32 @@ def import_object(text: str) -> Any:
     """
     module, name, folder = _parse_location(text)
     loaded = _load_module(text, module, folder)
+    if not name:
+        parts = select_parts(vars(loaded))
+        if not vars(parts):
+            reason = f"has none of {', '.join(TAKES)}; name what has them, as file.py:name"
+            raise InputError(text, "", None, f"{reason}{_list_names(loaded)}")
+        return parts
     named_object: Any = loaded
     for part in name.split("."):
         if isinstance(
             getattr(named_object, part, sys), ModuleType
         ):  # or there, once it is imported
-            names = [
-                name
-                for name, value in vars(loaded).items()
-                if not name.startswith("_") and not _is_imported(value, loaded)
-            ]
-            near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
-            there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
-            raise InputError(text, "", None, f"no {part} in {module}{there}")
+            raise InputError(text, "", None, f"no {part} in {module}{_list_names(loaded, part)}")
         named_object = getattr(named_object, part)
     return named_object
+
+
+def _list_names(module: ModuleType, wanted: str = "") -> str:
+    """Words on names that a module defines: those near one that is wanted, else functions first."""
+    values = {
+        name: value
+        for name, value in vars(module).items()
+        if not name.startswith("_") and not _is_imported(value, module)
+    }
+    names = sorted(values, key=lambda name: not callable(values[name]))
+    near = difflib.get_close_matches(wanted, names, n=MOST_NAMED, cutoff=0.5) or names
+    return f"; it defines {list_first(near, MOST_NAMED)}" if near else ""
 
 
 def _is_imported(value: Any, module: ModuleType) -> bool:
@@ -190,9 +202,14 @@ def _call_factory(factory: Maker, arguments: Mapping[str, Any]) -> Any:
 
 
 def _parse_location(text: str) -> tuple[str, str, Path]:
-    """Module or file, the name in it, and the folder that it is in. Raises InputError."""
+    """Module or file, the name in it, and the folder that it is in. Raises InputError.
+
+    The name is '' of a whole file, whose functions are parts of equations.
+    """
     module, colon, name = text.rpartition(":")
-    if not colon or not module or not name:
+    if not colon and text.endswith(".py"):
+        module, name = text, ""
+    elif not colon or not module or not name:
         raise InputError(text, "", None, f"must be {EXPECTED}")
     folder = _resolve(module).parent if module.endswith(".py") else Path.cwd().resolve()
     return module, name, folder
@@ -372,6 +389,11 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
             parts = [f"{part}=..." for part, takes in TAKES.items() if arguments == {*takes}]
             whole = f"Equations({' or '.join(parts) or 'mass_matrix=..., bias=...'})"
             reason = f"takes {parameter.name}, no {names[0]}; hand it over as {whole}"
+            file = where.partition(":")[0]
+            if file.endswith(".py"):
+                reason = (
+                    f"takes {parameter.name}, no {names[0]}; name {file} alone for all its parts"
+                )
             raise InputError(where, "", None, reason)
         if not free_names or parameter.kind == parameter.KEYWORD_ONLY:
             reason = f"takes {parameter.name}; may take {' and '.join(names)} alone"

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.trial.input.calls import TAKES
+from crosscheck.trial.input.calls import TAKES, select_parts
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.source_lines import PACKAGE
 
@@ -85,10 +85,15 @@ def _copy(value: Any, copies: dict[int, Any]) -> Any:
 
 
 def find_module_code(module: ModuleType, name: str) -> UserCode | None:
-    """The source of an object by its name in a module that was loaded; None without a file."""
+    """The source of an object by its name in a module that was loaded; None without a file.
+
+    Without a name it is that of all parts of equations that the module defines.
+    """
     file = getattr(module, "__file__", None) or ""
 
     def select(defined: Names) -> Any:
+        if not name:
+            return select_parts(defined)
         first, *others = name.split(".")
         return functools.reduce(getattr, others, defined[first])
 

@@ -194,6 +194,13 @@ def test_an_arm_and_a_robot_have_the_same_answer(text, slip, tmp_path, arm):
     assert is_absolute == [text is ABSOLUTE] * 2
 
 
+def test_functions_of_a_file_are_equations_without_a_name(tmp_path, arm):
+    model = write_model(tmp_path, LITERAL, SQUARE)
+    whole, named = (try_equations(each, arm).change for each in (model.partition(":")[0], model))
+    assert whole == named
+    assert whole.is_whole
+
+
 def test_numbers_that_are_in_the_code_are_said_to_be(tmp_path, arm):
     answer = try_equations(write_model(tmp_path, LITERAL, SQUARE), arm).change
     assert not answer.is_unequal
