@@ -53,6 +53,7 @@ BAD_URDFS = {
     "empty": " ",
     "no link": urdf(),
     "nothing moves": urdf(GROUND),
+    "links in another root": "<model><link name='arm'/></model>",
     "xacro element": XACRO.format("<xacro:arm/>"),
     "external entity": '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]>' + GOOD,
     "entities of entities": (
