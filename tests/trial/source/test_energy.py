@@ -76,7 +76,8 @@ def model():
     T = m * speed**2 / 2
     V = g * m * d * sp.sin(q)
     M, C, G = (sp.Matrix([each]) for each in (T.diff(v, 2), 0, V.diff(q)))
-    return from_sympy([q], [v], mass_matrix=M, bias=C, gravity=G, values={m: "m1", d: "d1", g: 9.81})
+    values = {m: "m1", d: "d1", g: 9.81}
+    return from_sympy([q], [v], mass_matrix=M, bias=C, gravity=G, values=values)
 """
 
 
