@@ -152,17 +152,6 @@ def test_kinetic_energy_of_long_arms_is_that_of_their_mass_matrix(planets):
         assert energy == pytest.approx(v @ model.mass_matrix(q) @ v / 2, rel=1e4 * EPS)
 
 
-def test_bias_of_the_papers_energies_is_lagranges_of_their_mass_matrix():
-    """By central differences; several of its terms are of one sine and one pair of rates."""
-    model = build("analytic:energies", load_arm("paper-labelled"), scenario())
-    for q, v in require_items(random_states(model.layout, 3)):
-        steps = 1e-5 * np.eye(len(q))
-        slopes = np.array([model.mass_matrix(q + h) - model.mass_matrix(q - h) for h in steps])
-        slopes /= 2e-5
-        expected = np.einsum("kij,k,j->i", slopes, v, v) - np.einsum("kij,i,j->k", slopes, v, v) / 2
-        assert model.bias(q, v) == pytest.approx(expected, abs=1e-8 * abs(expected).max())
-
-
 @every_model
 def test_direct_joints_make_the_two_link_arm_of_the_textbooks(name):
     """Motors at the joints, rotors on the next links; without them at level ``links``."""
