@@ -4,6 +4,7 @@ import math
 import re
 from contextlib import suppress
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from crosscheck.audit.claims.catalogue import (
     SENTENCES,
     TEXTS,
     ModelJudgement,
+    model_of,
     read_quantity,
 )
 from crosscheck.audit.claims.chapter import build_claim_record, render_claims
@@ -40,14 +42,16 @@ from crosscheck.audit.experiments.experiments import (
 from crosscheck.audit.experiments.paper_conditions import (
     INTEGRAL,
     LAWS,
+    MODELS,
     PRINTED,
     REPAIRED_RATE,
+    VARIANTS,
     Condition,
 )
 from crosscheck.audit.experiments.samples import Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError, Sample
-from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.judging.rule import Place, State, VerdictKind, evaluate_claim, verdict
 from crosscheck.audit.judging.sentences import Sentence, load_sentences
 from crosscheck.audit.statics.statics import Statics
 from crosscheck.models.loading import load_arm
@@ -65,6 +69,15 @@ def sources() -> tuple[PaperExperiment, ...]:
     """Every experiment of the full page."""
     made = dict.fromkeys(FULL.experiments(CELL))
     return (*made, WIDE_BEGINNING, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC, PLANTED)
+
+
+@pytest.mark.parametrize("model", dict.fromkeys((*MODELS, *VARIANTS)))
+def test_a_model_is_asked_in_every_reading_at_every_damping_ratio(model):
+    settings = FULL.model_conditions(model)
+    assert {model_of(Place(tuple(each.conditions.items()))) for each in settings} == {model}
+    asked = {(each.arm, each.zeta) for each in settings}
+    assert asked == {*product(FULL.readings, FULL.zetas)}
+    assert len(settings) == len(asked)
 
 
 ODD = (math.nan, math.nan, math.inf, -math.inf, 0.0, -0.0)

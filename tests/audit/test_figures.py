@@ -34,6 +34,7 @@ from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
     FigureData,
     PaperFigure,
+    make_condition,
     make_start_variant,
 )
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
@@ -111,6 +112,21 @@ def test_a_figure_says_how_many_starts_are_severe(kept):
     plate = draw_figure_14(shelf_in(kept))
     assert plate.numbers["severe"] == {name: [0, 0] for name in plate.numbers["severe"]}
     assert len(plate.numbers["severe"]) == len(LAWS)
+
+
+def test_a_figure_draws_the_start_of_its_seed(tmp_path, monkeypatch):
+    shelf, drawn = shelf_in(tmp_path, replace(BRIEF, first_seed=7)), list[Variant]()
+
+    def load(variants, _):
+        drawn.extend(variants.values())
+        return dict.fromkeys(variants)
+
+    monkeypatch.setattr(shelf, "load_courses", load)
+    shelf.courses_by_law(8, CONSTANT, PD)
+    expected = {
+        make_start_variant(each, make_condition(law), 7) for each in (CONSTANT, PD) for law in LAWS
+    }
+    assert set(drawn) == expected
 
 
 def test_shelf_reads_a_run_once(tmp_path):

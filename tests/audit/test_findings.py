@@ -34,6 +34,7 @@ from crosscheck.audit.findings.chapter import (
     MODELS,
     ThirdFluctuationFinding,
     draw_third_fluctuations,
+    evaluate_third_fluctuation,
     find_laws,
 )
 from crosscheck.audit.findings.clock import simulate_motion
@@ -83,6 +84,21 @@ def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(sev
     assert found.needs_clock is needs
     share = found.share(paper_conditions.PRINTED, "free")
     assert share.yes == severe.get(paper_conditions.PRINTED, 0)
+
+
+def test_the_third_fluctuation_is_asked_of_every_law_by_every_model():
+    asked = list[paper_conditions.Condition]()
+
+    def draw(questions, _):
+        asked.extend(condition for condition, _ in questions)
+        return dict.fromkeys(questions, Sample({"third": np.ones(10)}, np.zeros(10, bool)))
+
+    found = evaluate_third_fluctuation(Of(samples=draw))
+    models = {(each.planets, each.equations) for each in asked}
+    assert models == {("lumped", "printed"), ("free", "corrected")}
+    every = [*product(("lumped", "free"), paper_conditions.LAWS)]
+    assert [(each.planets, each.law) for each in asked] == every
+    assert list(found.answers) == asked
 
 
 @pytest.mark.parametrize(

@@ -177,6 +177,9 @@ def test_the_command_writes_the_verdicts(audit, monkeypatch, tmp_path, capsys):
         run_folder_command(ACROBOT, [], tmp_path, 1, True)
     written = json.loads((tmp_path / "verdicts.json").read_text(encoding="utf-8"))
     assert [claim["id"] for claim in written["claims"]] == ["14.3-01", "14.3-02", "14.3-03"]
+    for claim, judgement in zip(written["claims"], audit.judgements, strict=True):
+        said = [setting["quantiles"] for setting in claim["settings"]]
+        assert said == [list(answer.quantiles) for answer in judgement.answers]
     assert written["equations"] == audit.lines[4:]
     assert "14.3-01: does not hold (2 no)" in capsys.readouterr().out
 

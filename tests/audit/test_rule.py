@@ -86,6 +86,7 @@ def test_no_setting_at_all_is_not_simulated():
         (EVERY, lambda c: c.arm == SWAPPED, (READING,)),
         (EVERY, lambda c: c.law == INTEGRAL and c.zeta == 0.003, (LAW, DAMPING)),
         (EVERY, lambda c: c.arm == SWAPPED and c.zeta == 0.003, (READING, DAMPING)),
+        (EVERY, lambda c: c.law == INTEGRAL or c.zeta == 0.003, (LAW, DAMPING)),
         # As 5-03 does: nearly all under the integral, few under the clock.
         (EVERY, lambda c: (c.law == INTEGRAL) == (c.arm == LABELLED and c.zeta == 0.003), (LAW,)),
         (LUMPED_TOO, lambda c: c.planets == "free", (PLANETS,)),

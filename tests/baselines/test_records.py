@@ -18,6 +18,7 @@ from crosscheck.baseline.file import (
     write_baseline,
 )
 from crosscheck.baseline.reduction import make_baseline
+from crosscheck.checks.records import BY_PLANET
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
@@ -95,10 +96,21 @@ def _renamed(old: str, new: str) -> Change:
     return change
 
 
+def _reverse_joints(data: dict[str, Any]) -> None:
+    """In all tables of teeth alike."""
+    run = data["runs"][str(ANALYTIC)]
+    for name, table in (run["sampled"] | run["extremes"]).items():
+        if name in BY_PLANET:
+            table["joints"].reverse()
+            if name in run["extremes"]:
+                table["rows"].reverse()
+
+
 ROW = "sampled theta", "rows"
 REFUSED: dict[str, Change] = {
     **{name: _set(value, *place) for name, (value, place) in ROWS.items()},
     "another arm": _other_arm,
+    "joints backwards": _reverse_joints,
     "no version": lambda data: data.pop("project_version"),
     "a known check that is none": _set({"said": "", "number": None}, "known", "x"),
     "a sampled planet": _renamed("theta", "planet"),

@@ -12,6 +12,7 @@ from crosscheck.models.exudyn.bodies.contact import (
     PLANET,
     WHEEL,
     mesh_forces,
+    torque_rounding,
 )
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import Case, load_case
@@ -108,6 +109,14 @@ def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
                 assert np.sign(across.imag) == np.sign(q[coordinate])
 
 
+def test_a_torque_rounds_as_the_places_and_the_arcs_of_its_mesh_do():
+    _, _, (mesh, _) = every_mesh(bodies())[0]
+    arc, moved = mesh.wheel_pitch + mesh.planet_pitch, 3 * np.eye(9)
+    for column, lever in require_items(enumerate((1.0, 1.0, arc) * 3)):
+        found = torque_rounding(mesh, 1e8, -moved[column], 0 * moved[column])
+        assert found == pytest.approx(10 * 2.0**-52 * mesh.planet_pitch * 1e8 * 3 * lever)
+
+
 def test_bearings_and_teeth_accelerate_every_gear():
     model = bodies()
     mass = {"sun": 0.39, "planet": 0.61}
@@ -126,7 +135,8 @@ def test_records_belong_to_the_recorded_state_and_the_joints_hold():
     model = bodies("scenario.duration_s=0.0005", "scenario.step_s=1e-6", "scenario.record_every=1")
     run = model.simulate()
     assert dict(run.sizes) == {"time": 501, "joint": 2, "planet": 3}
-    for record, rate in ((run.theta, run.theta_dot), (run.theta_dot, run.theta_ddot)):
+    for name in ("theta", "theta_dot", "x_sp", "x_pr"):
+        record, rate = run[name], run[{"theta_dot": "theta_ddot"}.get(name, f"{name}_dot")]
         differences = (record.values[2:] - record.values[:-2]) / 2e-6
         # Mesh modes of 3e4 rad/s: central differences and the rule are off by (3e4 * 1e-6)^2 / 6.
         off = abs(differences - rate.values[1:-1]).max()

@@ -52,6 +52,17 @@ def test_too_large_a_step_diverges_in_silence_and_says_when(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+def test_a_solver_that_gives_up_diverges_at_the_record_that_it_was_to_reach(monkeypatch):
+    model = tree("scenario.duration_s=0.1", "scenario.step_s=1e-3", "scenario.record_every=20")
+
+    def give_up(*_: float) -> None:
+        raise FloatingPointError
+
+    monkeypatch.setattr(model._driven_engine, "advance", give_up)
+    with pytest.raises(Diverged, match=r"at t = 0\.02 s"):
+        model.simulate()
+
+
 def test_largest_stable_step_is_where_the_motion_begins_to_grow():
     linear = (TIGHT, *SPRINGS_ONLY, "scenario.start.sun_planet_offset_m=1e-6")
     limit = first_joint_only(tree(*linear)).largest_stable_step()

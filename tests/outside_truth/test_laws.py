@@ -10,6 +10,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_case
 from crosscheck.registry import build, find_level_models, model_names
+from tests import arms
 from tests.loops import require_items
 from tests.mixed_arms import (
     MIXED,
@@ -137,6 +138,18 @@ def test_mass_matrix_is_the_kinetic_energy_of_the_bodies(name, arm):
         energy = sum(m * abs(u) ** 2 + inertia * spin**2 for m, u, inertia, spin in bodies) / 2
         # Sums of some thirty positive terms on either side.
         assert v @ model.mass_matrix(q) @ v / 2 == pytest.approx(energy, rel=1e3 * EPS)
+
+
+@pytest.mark.parametrize("planets", ["lumped", "free"])
+def test_kinetic_energy_of_long_arms_is_that_of_their_mass_matrix(planets):
+    """A wheel turns with the link before its joint, which from the third joint on is not the first.
+
+    The sum of the links and wheels is recorded, M is of the terms.
+    """
+    model = build("analytic:physical", arms.arm_of(4), scenario(), switches(planets=planets))
+    for q, v in require_items(random_states(model.layout, 3)):
+        (energy,) = model.equations.kinetic_energy(q[None], v[None])
+        assert energy == pytest.approx(v @ model.mass_matrix(q) @ v / 2, rel=1e4 * EPS)
 
 
 @every_model

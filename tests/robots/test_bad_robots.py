@@ -18,7 +18,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.inertias import is_negative, is_possible
 from crosscheck.models.robot.robot import Robot
 from crosscheck.models.robot.tree import survey_inertias
-from crosscheck.models.robot.urdf import read_urdf
+from crosscheck.models.robot.urdf import DEEPEST, read_root, read_urdf
 from crosscheck.planning.robots import compare_engines
 from tests.loops import require_items
 from tests.robots.chains import LIMIT, Solid, joint, link, mass_matrices, robot, urdf
@@ -53,6 +53,7 @@ BAD_URDFS = {
     "empty": " ",
     "no link": urdf(),
     "nothing moves": urdf(GROUND),
+    "links in another root": "<model><link name='arm'/></model>",
     "xacro element": XACRO.format("<xacro:arm/>"),
     "external entity": '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]>' + GOOD,
     "entities of entities": (
@@ -224,6 +225,13 @@ def test_an_arm_is_no_robot_nor_a_robot_an_arm():
         load_robot("probe")
     with pytest.raises(InputError, match="it is one of robots"):
         load_arm("sliding")
+
+
+def test_elements_are_as_deep_in_each_other_as_is_said():
+    for depth in (DEEPEST, DEEPEST + 1):
+        nested = "<robot>" + "<a>" * (depth - 1) + "</a>" * (depth - 1) + "</robot>"
+        with nullcontext() if depth == DEEPEST else pytest.raises(InputError, match="deep in"):
+            read_root(nested, "made")
 
 
 def test_no_output_takes_the_place_of_an_input(crosscheck, tmp_path):

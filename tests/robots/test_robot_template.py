@@ -3,6 +3,7 @@
 import numpy as np
 
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
 from tests.tool.test_bad_input import assert_one_line
 
@@ -93,3 +94,9 @@ def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}
     # 0.08 = 20^2 J of the joint with an armature and a ratio
     assert rotors == {"a": (-100.0, 1.1e-4), "b": (50.0, 2e-5), "c": (20.0, 0.08 / 400)}
+
+
+def test_a_stated_gear_is_called_what_its_file_calls_it():
+    reduced = StatedNumber(50.0, "transmission", "mechanicalReduction")
+    gear = StatedGear(reduced, StatedNumber(2e-4, "rotor"))
+    assert gear.elements == "mechanicalReduction 50 of transmission, rotor 0.0002 kg m^2 of rotor"

@@ -1,11 +1,14 @@
 """Two errors at once in a robot's equations: both are named, and no pair is where there is none."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from benchmarks.bench_robot_time import try_wrong
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.changes.pairs import rank_pairs
+from crosscheck.trial.changes.search import CauseSearch
 
 
 def test_no_pair_explains_a_wave_in_every_part():
@@ -25,3 +28,9 @@ def test_pairs_of_rows_by_one_matrix():
     assert rank_pairs(rows, is_free, 2 * rows[4] + 3 * rows[5], owners) == []
     owners[3] = owners[1]
     assert rank_pairs(rows, is_free, rows[1] + rows[3], owners) == []
+
+
+def test_of_pairs_of_changes_those_of_two_usual_ones_come_first():
+    pairs = SimpleNamespace(find_pairs=lambda _: {"a and b": False, "c and d": True}.items())
+    causes = CauseSearch.find_pair_causes(SimpleNamespace(_pairs=pairs))
+    assert [cause.usual for cause in causes] == [True, False]

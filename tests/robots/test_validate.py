@@ -158,12 +158,15 @@ def test_a_file_of_another_kind_is_one_line(crosscheck, tmp_path, text, said, co
     assert said in answer.err
 
 
-def test_engines_simulate_the_beginning_of_a_users_scenario(bob, monkeypatch):
-    request = request_cross_check(adopt_mechanism(str(bob), ["pd"]), True, 0)
+NAMES = "pd", "constant-torque"
+
+
+def test_engines_simulate_the_beginning_of_users_scenarios(bob, monkeypatch):
+    request = request_cross_check(adopt_mechanism(str(bob), NAMES), True, 0)
     comparisons = robots.plan_robot(request).comparisons
     ids = [each.about.key.id for each in comparisons if "simulation" in each.about.key.quantity]
     assert "same-step/bob/links/simulation-pd/analytic:links~pinocchio:links" in ids
-    assert all("simulation-pd" in each for each in ids)
+    assert {each.partition("simulation-")[2].partition("/")[0] for each in ids} == {*NAMES}
     chosen = [each for each in comparisons if each.about.key.id in ids]
 
     def judge() -> list[Finding]:

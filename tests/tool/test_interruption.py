@@ -15,6 +15,8 @@ import psutil
 import pytest
 
 from crosscheck.provenance import ROOT
+from crosscheck.runner.interruption import SHOW_CURSOR
+from crosscheck.runner.supervision import _Supervision
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.processes import command_line, wait_for
 
@@ -137,3 +139,10 @@ def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line()
     os.close(there)
     assert ended.returncode == 143
     assert os.read(here, 999) == b"\x1b[?25hcrosscheck: terminated\r\n"
+
+
+def test_blame_shows_the_cursor_again_where_it_goes_to_a_terminal(monkeypatch, capsys):
+    for terminal, shown in ((1, ""), (2, SHOW_CURSOR)):
+        monkeypatch.setattr(os, "isatty", lambda descriptor, own=terminal: descriptor == own)
+        assert _Supervision(0, 0)._report_blame("ended", 3) == 3
+        assert capsys.readouterr() == ("", f"{shown}crosscheck: ended\n")

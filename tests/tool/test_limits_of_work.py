@@ -79,6 +79,13 @@ def test_work_that_uses_no_processor_is_stopped_after_a_minute(clock):
     stopped = "stopped after 61 s without any processor time"
     assert watch(CpuTimeLimit(7, 1.0), clock, 60, 1e-3, 1.0) == ""
     assert watch(CpuTimeLimit(7, 1.0), clock, 61, 1e-3, 1.0) == stopped
+    # work before the last minute is none in it
+    hung = CpuTimeLimit(7, 1.0)
+    assert watch(hung, clock, 10, 1.0, 1.0) == ""
+    for _ in range(61):
+        clock[0] += 1.0
+        said = hung.stop_reason({7: 40.0})
+    assert said == stopped
     # a fifth of a second in a minute is work
     assert watch(CpuTimeLimit(7, 1.0), clock, 200, 0.2 / 59, 1.0) == ""
     # of a process that is not among the times, what passes counts as used

@@ -234,7 +234,12 @@ def test_groups_of_models_are_those_that_checks_connect():
 
 @pytest.mark.parametrize(
     ("measured", "quantity", "said"),
-    [(1e-4, "bias", "0.01 %"), (8e-5, "bias", "8e-05"), (0.0234, "theta", "0.023 rad")],
+    [
+        (1e-4, "bias", "0.01 %"),
+        (0.0, "bias", "0"),
+        (8e-5, "bias", "8e-05"),
+        (0.0234, "theta", "0.023 rad"),
+    ],
 )
 def test_a_relative_difference_is_reported_in_per_cent_unless_it_is_tiny(measured, quantity, said):
     subject = about("states", CASE, quantity, LEAD, GEARS)

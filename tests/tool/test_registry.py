@@ -207,10 +207,11 @@ def test_a_guest_is_asked_about_what_it_covers_alone():
 
 def test_a_robots_guest_is_asked_at_its_levels_alone():
     robot, planned = load_robot("sliding"), CrossCheckRequest(load_robot("sliding"), quick=True)
-    guest = replace(registry.MODELS["pinocchio"], levels=("links", "coupled"))
+    guest = replace(registry.MODELS["pinocchio"], level="links", levels=("links", "coupled"))
     before = {each.about.key.id for each in plan_robot(planned).comparisons}
     with registry.register("mine", guest):
         assert registry.model_names("robot")[-1] == "mine"
+        assert "mine" not in registry.select_covering(["mine"], load_arm("probe"), switches())
         found = plan_robot(planned)
         levels = {level for level in robot.levels if "mine" in registry.find_level_engines(level)}
         assert registry.find_robot_model("mine:coupled", robot) == ("mine", "coupled")

@@ -80,11 +80,26 @@ def at_the_ends(arm: Arm) -> Equations:
     return pendulum([(b.mass_kg, b.length_m, b.length_m, 0.0) for b in arm.links], G)
 
 
+def fixed_but_in_the_weight(arm: Arm) -> Equations:
+    """The first mass from the file in the weight alone."""
+    (_, *others), second = bodies_of(arm)
+    by_file, fixed = (
+        pendulum([(mass, *others), second], arm.gravity_m_per_s2[0], arm.payload_mass_kg)
+        for mass in (arm.links[0].mass_kg, UNLIKE[0][0])
+    )
+    return replace(fixed, force=by_file.force)
+
+
 RIGHT: dict[str, tuple[Arm, Callable[[Arm], Equations], set[str]]] = {
     "9.81 in the code": (
         arm_of(*UNLIKE, payload=0.6),
         lambda arm: pendulum(bodies_of(arm), G, arm.payload_mass_kg),
         {"gravity_m_per_s2[0]"},
+    ),
+    "a mass of one part": (
+        arm_of(*UNLIKE, payload=0.6),
+        fixed_but_in_the_weight,
+        {"links[0].mass_kg"},
     ),
     "no payload": (
         arm_of(*UNLIKE),

@@ -21,6 +21,7 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
 from crosscheck.trial.result import Trial
+from crosscheck.trial.tables.answer_files import _reshape_by_row
 from crosscheck.trial.tables.state_requests import (
     TableTrial,
     argument_columns,
@@ -273,3 +274,10 @@ def test_modelica_reads_arrays_of_the_sizes_that_the_file_has(name, crosscheck, 
     reads = re.findall(r'readRealMatrix\(file, \\"(\w+)\\", count, (\d+)\)', text)
     for array, columns in require_items(reads):
         assert written[array].shape == (int(count), int(columns)), array
+
+
+def test_matrices_are_read_whether_states_come_first_or_last():
+    rows = np.arange(18.0).reshape(2, 3, 3)
+    for stacked in (rows, rows.transpose(1, 2, 0)):
+        read = _reshape_by_row("made.mat", "coriolis", stacked, 2, 3, 3)
+        np.testing.assert_array_equal(read, rows.reshape(2, 9))

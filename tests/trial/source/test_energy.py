@@ -3,6 +3,7 @@
 import pytest
 
 from crosscheck.cli.files.template import make_plain_arm
+from crosscheck.models.arm.arm import Arm
 from crosscheck.testing import try_equations
 
 LAGRANGE = """
@@ -34,9 +35,8 @@ def model():
 """
 
 
-@pytest.fixture
-def arm():
-    plain = make_plain_arm("tested", 2)
+def point_masses(joints: int) -> Arm:
+    plain = make_plain_arm("tested", joints)
     points = tuple(link.model_copy(update={"inertia_kg_m2": 0.0}) for link in plain.links)
     return plain.model_copy(update={"payload_mass_kg": 0.0, "links": points})
 
@@ -50,7 +50,7 @@ def arm():
         ("g * m2 * y2", "g * m2 * x2", "y2", "forcing"),
     ],
 )
-def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new, argument):
+def test_a_slip_before_the_energies_is_named(tmp_path, right, wrong, new, argument):
     assert right in LAGRANGE
     text = LAGRANGE.replace(right, wrong, 1)
     if argument == "L alone":
@@ -62,8 +62,30 @@ def test_a_slip_before_the_energies_is_named(tmp_path, arm, right, wrong, new, a
         text = text.replace("model()", f"model({argument})")
     file = tmp_path / "mine.py"
     file.write_text(text, encoding="utf-8")
-    change = try_equations(f"{file}:model", arm).change
+    change = try_equations(f"{file}:model", point_masses(2)).change
     assert change.wrong == ()
     (edit,) = change.edits
     assert edit.line == text[: text.index(wrong) + len(wrong)].count("\n") + 1
     assert edit.new == new
+
+
+ONE_JOINT = """
+import sympy as sp
+from crosscheck.testing import from_sympy
+
+def model():
+    q, v, m, d, g = sp.symbols("q v m d g")
+    speed = d * v
+    T = m * speed**2 / 2
+    V = g * m * d * sp.sin(q)
+    M, C, G = (sp.Matrix([each]) for each in (T.diff(v, 2), 0, V.diff(q)))
+    values = {m: "m1", d: "d1", g: 9.81}
+    return from_sympy([q], [v], mass_matrix=M, bias=C, gravity=G, values=values)
+"""
+
+
+def test_an_energy_of_rates_alone_is_one(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(ONE_JOINT.replace("d * v", "(1 + d) * v"), encoding="utf-8")
+    (edit,) = try_equations(f"{file}:model", point_masses(1)).change.edits
+    assert edit.start.strip() == "speed = ("

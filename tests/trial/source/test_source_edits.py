@@ -17,6 +17,7 @@ from crosscheck.trial.input.loading import find_named_code, import_object
 from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
 from crosscheck.trial.source.code import MODULE, UserCode
 from crosscheck.trial.source.libraries import cross_vectors
+from crosscheck.trial.source.search import EditSearch
 from crosscheck.trial.source.source_edit import SourceAnswer
 from crosscheck.trial.source.syntax import SourceTree
 from crosscheck.trial.source.worker import find_source_answer
@@ -530,3 +531,10 @@ def test_of_edits_of_one_statement_that_say_the_same_the_likeliest_is_the_answer
     assert unequal.is_unequal
     assert not unequal.alternatives
     assert unequal.edits == here.edits
+
+
+@pytest.mark.parametrize(("level", "said"), [("links", ""), ("carriers", "carriers")])
+def test_of_two_edits_another_level_than_the_judged_one_alone_is_named(level, said):
+    judge = SimpleNamespace(level="links", is_unequal=True)
+    found = EditSearch.find_pair_answer(SimpleNamespace(pair=((), level), judge=judge))
+    assert found == SourceAnswer((), level=said)
