@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.gears import Gears, build_gears
 from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.terms import Terms, build_chain_terms, inverse_dynamics
-from crosscheck.analytic.ensemble import Chunk, run_model, run_models
+from crosscheck.analytic.ensemble import Chunk, run_alone
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
@@ -24,7 +23,6 @@ from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import (
     Scenario,
@@ -54,6 +52,7 @@ class AnalyticModel(Model):
     """
 
     abilities = frozenset((*STATE_ABILITIES, "simulate", "reference", "precise"))
+    chunk_class = Chunk
     terms: Terms
     gears: Gears
     links: Links | None = None
@@ -77,6 +76,11 @@ class AnalyticModel(Model):
         if self.links is None:
             return self.term_equations
         return LinkEquations(self.arm, self.layout, self.gears, self.drive, self.links)
+
+    @property
+    def signal_layout(self) -> Layout:
+        """The coordinates that the records of signals belong to."""
+        return self.layout
 
     @property
     def edges(self) -> np.ndarray:
@@ -157,12 +161,7 @@ class AnalyticModel(Model):
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario by fixed-step RK4, as Section 2.4 says."""
-        return run_model(self)
-
-    @classmethod
-    def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
-        """Run many models by fixed-step RK4 in the lanes of one kernel."""
-        return run_models(models)
+        return self.make_trajectory(recorded_times(self.scenario), run_alone(self))
 
     def precise(self, rtol: float) -> xr.Dataset:
         """Run by an eighth-order method at a relative tolerance, steps ended at contact changes."""
