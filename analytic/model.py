@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
@@ -22,7 +23,6 @@ from crosscheck.analytic.paper.stiffness import peak_stiffness
 from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
-from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import (
     Scenario,
@@ -58,12 +58,16 @@ class AnalyticModel(Model):
     links: Links | None = None
 
     def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, layout: Layout
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = layout
+        self.layout = self.find_layout()
         self.drive = drive_data(scenario, len(arm.joints))
-        self.gears = build_gears(arm, layout, self.switches)
+        self.gears = build_gears(arm, self.layout, self.switches)
+
+    @abstractmethod
+    def find_layout(self) -> Layout:
+        """Coordinates of the model, by its arm and switches."""
 
     @cached_property
     def term_equations(self) -> TermEquations:
@@ -240,20 +244,17 @@ class PhysicalModel(BodyModel):
     name = "analytic:physical"
     abilities = AnalyticModel.abilities | {"mesh_modes", "contact_poles"}
 
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        chosen = chosen_switches or usual_switches(arm)
-        super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
+    def find_layout(self) -> Layout:
+        """Coordinates with planets lumped or free, as the switch says."""
+        return geared_layout(self.arm, self.switches)
 
 
 class RigidModel(BodyModel):
     """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
 
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
+    def find_layout(self) -> Layout:
+        """The joints' angles alone."""
+        return rigid_layout(self.arm)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Torques [N m] on the output side that give accelerations a at q, v: (states, joints)."""

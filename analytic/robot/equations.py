@@ -14,9 +14,9 @@ from crosscheck.analytic.derivation.gears import (
     gather_gears,
     lumped_meshes,
 )
+from crosscheck.analytic.kernel.batch import SteppedEquations
 from crosscheck.analytic.kernel.expressions import StraightLines, evaluate_constants
 from crosscheck.analytic.kernel.numbers import Numbers, drive_numbers, stage_numbers
-from crosscheck.analytic.kernel.program import RecordMap
 from crosscheck.analytic.kernel.structure import common_structure
 from crosscheck.analytic.robot.algorithms import Mechanism
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers
@@ -26,7 +26,7 @@ from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot
 
 
 @dataclass(frozen=True)
-class RobotEquations:
+class RobotEquations(SteppedEquations):
     """Equations of a robot at a level, its motors driven by a law."""
 
     robot: Robot
@@ -93,14 +93,6 @@ class RobotEquations:
         """Numbers of the mechanism, and what a text needs of them, by name."""
         given = self._named[1]
         return {**given, **evaluate_constants(text.constants, given)}
-
-    def record_map(self) -> RecordMap:
-        """The robot's coordinates by the kernel's, which are the same."""
-        return tuple((place,) for place in range(len(self.structure.coordinates)))
-
-    def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """Coordinates or rates x (..., n) of the robot as the kernel's, which are the same."""
-        return x
 
 
 def build_equations(robot: Robot, level: Level) -> RobotEquations:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from crosscheck import signals
 from crosscheck.audit.experiments import experiments
-from crosscheck.audit.experiments.ensembles import EnsembleNumbers, TransientPdQuestion
+from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleNumbersQuestion
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
 from crosscheck.audit.experiments.paper_conditions import (
     CONSERVATIVE,
@@ -45,7 +45,7 @@ def _brief(source, seeds=(1, 2, 3), cell=CLOCKED):
 @pytest.mark.parametrize("planets", ["free", "lumped"])
 def test_a_start_measures_what_its_run_alone_does(planets):
     """To rounding, for the kernel of one member adds in another order than that of lanes."""
-    asked = TransientPdQuestion(
+    asked = EnsembleNumbersQuestion(
         replace(_brief(experiments.NO_ERROR).variant, planets=planets), (4, 5, 6)
     )
     found = asked.answer()
