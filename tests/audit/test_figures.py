@@ -22,7 +22,7 @@ from crosscheck.audit.experiments.experiments import (
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, perturb_start, simulate
+from crosscheck.audit.experiments.variant import Variant, perturb_start
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.chapter import (
     draw_figure_4,
@@ -39,6 +39,7 @@ from crosscheck.audit.figures.figure_data import (
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
 from tests.audit.published import BRIEF
+from tests.audit.runs import simulate
 
 pytestmark = pytest.mark.slow
 

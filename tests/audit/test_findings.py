@@ -27,7 +27,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     READINGS,
     Condition,
 )
-from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.figure_data import ZETA
 from crosscheck.audit.findings import accumulation, clock, linear_limits
 from crosscheck.audit.findings.baselines import LABELS, BaselineFinding, compare_baselines
@@ -52,6 +52,7 @@ from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import LAW_NAMES, render_template
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
+from tests.audit.runs import simulate
 from tests.audit.test_rule import third
 from tests.loops import require_items
 

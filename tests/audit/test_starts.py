@@ -23,7 +23,7 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.pd import measure_transient_pd
 from crosscheck.audit.experiments.samples import FULL, Scale, build_sample, collect_samples
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import COUPLED, Variant, rigid_arm, simulate
+from crosscheck.audit.experiments.variant import COUPLED, Variant, rigid_arm
 from crosscheck.audit.measures.run_signals import (
     JOINT_SIGNALS,
     MESH_SIGNALS,
@@ -32,6 +32,7 @@ from crosscheck.audit.measures.run_signals import (
 )
 from crosscheck.audit.measures.undefined import UNDEFINED, combine_answers, format_number
 from crosscheck.registry import build
+from tests.audit.runs import simulate
 
 CLOCKED = Condition(PRINTED, 0.005)
 BRIEF_S = 0.02

@@ -12,7 +12,7 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments import study as study_module
 from crosscheck.audit.experiments.ensembles import SIGNALS, CoursesQuestion, simulate_courses
 from crosscheck.audit.experiments.study import Question, Records, Study, question_key
-from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
@@ -20,6 +20,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
 from tests.abreast import run_models
+from tests.audit.runs import simulate
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 
