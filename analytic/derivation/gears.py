@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -83,13 +84,7 @@ def build_gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
 
 def gather_gears(meshes: Sequence[StageMesh], theta: Sequence[int], switches: Switches) -> Gears:
     """The arrays of these meshes; theta: places of the joints' angles in q."""
-
-    def floats(values: Iterable[float]) -> np.ndarray:
-        return np.array(list(values), dtype=float)
-
-    def integers(values: Iterable[int]) -> np.ndarray:
-        return np.array(list(values), dtype=np.int64)
-
+    floats, integers = partial(np.fromiter, dtype=float), partial(np.fromiter, dtype=np.int64)
     return Gears(
         x_index=integers(entry.x_index for entry in meshes),
         subtract_index=integers(entry.subtract_index for entry in meshes),
@@ -111,6 +106,15 @@ def gather_gears(meshes: Sequence[StageMesh], theta: Sequence[int], switches: Sw
         damps_without_contact=switches.damping == "always",
         conservative=switches.mesh_work == "conservative",
     )
+
+
+def displacement_rows(gears: Gears, n: int) -> np.ndarray:
+    """Every mesh's displacement by the n coordinates, (meshes, n)."""
+    rows, number = np.zeros((gears.x_index.size, n)), np.arange(gears.x_index.size)
+    rows[number, gears.x_index] = 1.0
+    of_two = gears.subtract_index >= 0
+    rows[number[of_two], gears.subtract_index[of_two]] = -1.0
+    return rows
 
 
 def _stage_meshes(

@@ -22,7 +22,7 @@ from crosscheck.analytic.robot.algorithms import Mechanism
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers
 from crosscheck.analytic.robot.structure import RobotStructure, trace_forward_dynamics
 from crosscheck.models.experiment.drive import CONSTANT, DriveData
-from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot
+from crosscheck.models.robot.robot import MESH_LAWS, JointStage, Level, Robot
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,7 @@ class RobotEquations(SteppedEquations):
         )
         meshes: list[StageMesh] = []
         for number, first, stage in staged:
-            if stage.has_free_planets:
-                x_pr = [first + 1 + planet for planet in stage.groups]
-                meshes += free_meshes(stage.gears, number, first, x_pr, MESH_LAWS)
-            else:
-                meshes += lumped_meshes(stage.gears, number, first, first + 1, MESH_LAWS)
+            meshes += list_stage_meshes(stage, number, first)
         return gather_gears(meshes, range(len(self.labels)), MESH_LAWS)
 
     @cached_property
@@ -93,6 +89,14 @@ class RobotEquations(SteppedEquations):
         """Numbers of the mechanism, and what a text needs of them, by name."""
         given = self._named[1]
         return {**given, **evaluate_constants(text.constants, given)}
+
+
+def list_stage_meshes(stage: JointStage, number: int, first: int) -> list[StageMesh]:
+    """The meshes of the number-th joint's stage, whose coordinates begin at a place."""
+    if stage.has_free_planets:
+        x_pr = [first + 1 + planet for planet in stage.groups]
+        return free_meshes(stage.gears, number, first, x_pr, MESH_LAWS)
+    return lumped_meshes(stage.gears, number, first, first + 1, MESH_LAWS)
 
 
 def build_equations(robot: Robot, level: Level) -> RobotEquations:
