@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import build_bodies
+from crosscheck.analytic.derivation.bodies import build_bodies, rigid_bodies
 from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.gears import Gears, build_gears
-from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.terms import Terms, build_chain_terms, inverse_dynamics
 from crosscheck.analytic.ensemble import Chunk, run_alone
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
@@ -250,7 +249,7 @@ class PhysicalModel(BodyModel):
 
 
 class RigidModel(BodyModel):
-    """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
+    """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.bodies."""
 
     def find_layout(self) -> Layout:
         """The joints' angles alone."""

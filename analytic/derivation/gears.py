@@ -12,8 +12,13 @@ import numpy as np
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_force import EXACT, TANH
-from crosscheck.analytic.paper.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rate
-from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.mesh_frequency import (
+    ANGLE,
+    OMEGA_T,
+    mesh_phases,
+    ring_mesh_rate,
+    sun_mesh_rate,
+)
 from crosscheck.analytic.paper.stiffness import StiffnessData, mean_stiffness, stiffness_data
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
@@ -32,7 +37,7 @@ class Gears(NamedTuple):
     ``subtract_index`` (-1: none) is taken away; theta: index of its joint's angle; k_m: mean
     stiffness; k_a: amplitude of Eq. 8, 0 where another law holds; law: the others, see
     analytic.paper.stiffness; E, lead, static_error: of the tooth error, see
-    analytic.paper.tooth_error; b, sigma: Eqs. 5, 6; rate, offset: phase per joint angle, and its
+    analytic.paper.mesh_force; b, sigma: Eqs. 5, 6; rate, offset: phase per joint angle, and its
     constant; d: damping of those planets together. phase, dead_zone: codes; damps_without_contact:
     whether dampers act out of contact; conservative: whether the potentials act on the joint
     angles.

@@ -21,10 +21,8 @@ import numpy as np
 from crosscheck.analytic.derivation.gears import displacement_rows, gather_gears
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper import stiffness
-from crosscheck.analytic.paper.backlash import dead_zone
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.analytic.paper.mesh_force import is_in_contact, phase_force
-from crosscheck.analytic.paper.tooth_error import total_error
+from crosscheck.analytic.paper.mesh_force import dead_zone, is_in_contact, phase_force, total_error
 from crosscheck.analytic.robot.equations import list_stage_meshes
 from crosscheck.analytic.robot.runs import run_precisely, run_robot
 from crosscheck.models.experiment.scenario import Scenario

@@ -17,7 +17,7 @@ from crosscheck.analytic.derivation.forms import Form, christoffel_bias
 from crosscheck.analytic.derivation.symbols import parameter_values, stage_symbols
 from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.energies import JOINTS, build_energies_form
-from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
+from crosscheck.analytic.paper.mesh_frequency import ring_behind_sun, sun_lag
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata import differences

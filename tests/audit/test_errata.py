@@ -19,9 +19,9 @@ from crosscheck.analytic.derivation.forms import Form, mass_matrix
 from crosscheck.analytic.derivation.lagrange import build_mass_terms
 from crosscheck.analytic.derivation.symbols import build_symbolic_chain
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.analytic.paper.energies import build_energies_form, kinetic_energies
 from crosscheck.analytic.paper.kinematics import gear_angles
+from crosscheck.analytic.paper.mesh_force import dead_zone_tanh
 from crosscheck.analytic.paper.mesh_frequency import meshing_frequency
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import build_printed_form

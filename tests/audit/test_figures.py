@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.analytic.paper.backlash import dead_zone_tanh
+from crosscheck.analytic.paper.mesh_force import dead_zone_tanh
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.study_plan import AuditContext
