@@ -35,6 +35,9 @@ from crosscheck.models.trajectory import recorded_times, trajectory
 if TYPE_CHECKING:
     import xarray as xr
 
+JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
+MESH_SIGNALS = ("x_sp", "x_sp_dot", "F_sp", "x_pr", "x_pr_dot", "F_pr")
+
 
 @lru_cache(maxsize=128)
 def _build_terms(arm: Arm, layout: Layout, level: str | None) -> Terms:
@@ -196,24 +199,12 @@ class AnalyticModel(Model):
         all; NaN beyond a joint's own planets.
         """
         chunk = Chunk(time, [self], Records(*(each[:, :, None] for each in records)))
-        variables = {
-            "theta": chunk.theta[:, :, 0],
-            "theta_dot": chunk.theta_dot[:, :, 0],
-            "theta_ddot": chunk.theta_ddot[:, :, 0],
-            "torque": chunk.torque[:, :, 0],
-            "kinetic_energy": self.equations.kinetic_energy(records.q, records.v),
-            **more,
-        }
+        variables = {name: getattr(chunk, name)[:, :, 0] for name in JOINT_SIGNALS}
+        variables["kinetic_energy"] = self.equations.kinetic_energy(records.q, records.v)
+        variables |= more
         planets = [joint.planet_count for joint in self.arm.joints]
-        of_meshes = {
-            "x_sp": chunk.x_sp,
-            "x_sp_dot": chunk.x_sp_dot,
-            "F_sp": chunk.F_sp,
-            "x_pr": chunk.x_pr,
-            "x_pr_dot": chunk.x_pr_dot,
-            "F_pr": chunk.F_pr,
-        }
-        for name, values in of_meshes.items() if self.layout.mesh_joints else ():
+        for name in MESH_SIGNALS if self.layout.mesh_joints else ():
+            values = getattr(chunk, name)
             variables[name] = np.full((len(time), len(planets), max(planets)), np.nan)
             for joint, count in enumerate(planets):
                 planet_values = values[:, joint, : count if self.layout.free else 1, 0]
