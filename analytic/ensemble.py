@@ -7,32 +7,44 @@ one group; what one does is bit for bit the same whichever others stand beside i
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records, SteppedModel
+from crosscheck.analytic.kernel.program import RUNS
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.errors import Diverged
 from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from crosscheck.analytic.model import AnalyticModel
 
 GROUP_SIZE = 4 * BLOCK_LANES  # members of a group: a processor works on several blocks at a time
 CHUNK = 2**20  # numbers of a chunk: 8 MB, beyond which an observer's call no longer counts
-ModelT = TypeVar("ModelT", bound=SteppedModel)
-ChunkT = TypeVar("ChunkT")
+
+
+class GroupedModel(SteppedModel, Protocol):
+    """A model that others can run beside; signal_layout: what of its signals' shapes is equal."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def signal_layout(self) -> object: ...
+
+    @property
+    def chunk_class(self) -> type[RunChunk]: ...
+
+
+ModelT = TypeVar("ModelT", bound=GroupedModel)
 
 
 @dataclass(frozen=True)
-class RunChunk(ABC, Generic[ModelT]):
+class RunChunk(ABC):
     """Consecutive records of members that ran side by side, by the names of a run's signals.
 
     time (records,) [s]; records: in the coordinates of the members. Of a member that has diverged
@@ -42,7 +54,7 @@ class RunChunk(ABC, Generic[ModelT]):
     """
 
     time: np.ndarray
-    models: Sequence[ModelT]
+    models: Sequence[Any]
     records: Records
 
     @cached_property
@@ -103,8 +115,10 @@ class RunChunk(ABC, Generic[ModelT]):
         """Elastic forces of all planets with sun (0) or ring (1)."""
 
 
-class Chunk(RunChunk["AnalyticModel"]):
+class Chunk(RunChunk):
     """Records of arms."""
+
+    models: Sequence[AnalyticModel]
 
     @cached_property
     def torque(self) -> np.ndarray:
@@ -156,26 +170,24 @@ class Chunk(RunChunk["AnalyticModel"]):
 
 
 @dataclass
-class ModelGroup(Generic[ModelT, ChunkT]):
-    """Members of any kind that run side by side.
+class Group(Generic[ModelT]):
+    """Models of any kind that run side by side.
 
-    members: their places in what was asked; diverged_s (members,): after the last chunk, the time
-    [s] of the first record that is not finite, NaN if there is none.
+    members: their places in what was asked; level: of the kernel's optimisation; diverged_s
+    (members,): after the last chunk, the time [s] of the first record that is not finite, NaN if
+    there is none.
     """
 
     members: tuple[int, ...]
     models: Sequence[ModelT]
     lanes: int = BLOCK_LANES
+    level: int = RUNS
     diverged_s: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         self.diverged_s = np.full(len(self.members), np.nan)
 
-    @abstractmethod
-    def make_chunk(self, time: np.ndarray, records: Records) -> ChunkT:
-        """The chunk of consecutive records at these times [s]."""
-
-    def chunks(self) -> Iterator[ChunkT]:
+    def chunks(self) -> Iterator[RunChunk]:
         """Run the members: their chunks in the order of time, every record in one of them."""
         time = recorded_times(self.models[0].scenario)
         first = 0
@@ -183,10 +195,11 @@ class ModelGroup(Generic[ModelT, ChunkT]):
             part = time[first : first + len(records.q)]
             first += len(records.q)
             self._mark(part, records)
-            yield self.make_chunk(part, records)
+            yield self.models[0].chunk_class(part, self.models, records)
 
     def _records(self) -> Iterator[Records]:
-        scenario, batch = self.models[0].scenario, Batch(self.models, self.lanes)
+        scenario = self.models[0].scenario
+        batch = Batch(self.models, self.lanes, self.level)
         n = len(batch.structure.coordinates)
         most = max(1, CHUNK // (4 * n * len(self.models)))
         left = scenario.steps // scenario.stride + 1
@@ -222,66 +235,28 @@ class ModelGroup(Generic[ModelT, ChunkT]):
                 values[first:, :, member] = np.nan
 
 
-class Group(ModelGroup["AnalyticModel", Chunk]):
-    """Arms that run side by side."""
-
-    def make_chunk(self, time: np.ndarray, records: Records) -> Chunk:
-        """The chunk of consecutive records at these times [s]."""
-        return Chunk(time, self.models, records)
-
-
-def group_models(models: Sequence[AnalyticModel]) -> list[Group]:
-    """Groups of any models of arms, as few as the models fit in."""
-    parts = partition_models(models, lambda model: model.layout)
-    return [Group(members, [models[place] for place in members]) for members in parts]
-
-
-def partition_models(
-    models: Sequence[ModelT], layout: Callable[[ModelT], object]
-) -> Iterator[tuple[int, ...]]:
-    """Places of models that can run side by side; layout: what else must be equal."""
+def group_models(models: Sequence[ModelT]) -> list[Group[ModelT]]:
+    """Groups of any models, as few as the models fit in."""
     places_by_key: dict[object, list[int]] = {}
     for place, model in enumerate(models):
         scenario, drive = model.scenario, model.drive
         grid = scenario.step_s, scenario.steps, scenario.stride
         table = drive.table_time.tobytes(), drive.table_torque.tobytes()
-        key = layout(model), model.equations.structure, grid, table
+        key = model.signal_layout, model.equations.structure, grid, table
         places_by_key.setdefault(key, []).append(place)
-    for places in places_by_key.values():
-        for first in range(0, len(places), GROUP_SIZE):
-            yield tuple(places[first : first + GROUP_SIZE])
+    parts = [
+        tuple(places[first : first + GROUP_SIZE])
+        for places in places_by_key.values()
+        for first in range(0, len(places), GROUP_SIZE)
+    ]
+    return [Group(part, [models[place] for place in part]) for part in parts]
 
 
-def run_model(model: AnalyticModel) -> xr.Dataset:
-    """The run of one model by itself, a trajectory. Raises Diverged."""
-    (run,) = _run_group(Group((0,), [model], lanes=1))
-    if isinstance(run, Diverged):
-        raise run
-    return run
-
-
-def run_models(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
-    """Whole runs as ``simulate`` returns them, or Diverged where one did.
-
-    threads: how many groups run at a time; no number depends on it.
-    """
-    groups = group_models(models)
-    outcomes: dict[int, xr.Dataset | Diverged] = {}
-    with ThreadPoolExecutor(threads) as pool:
-        for group, runs in zip(groups, pool.map(_run_group, groups), strict=True):
-            outcomes |= zip(group.members, runs, strict=True)
-    return [outcomes[place] for place in range(len(models))]
-
-
-def _run_group(group: Group) -> list[xr.Dataset | Diverged]:
-    records = [chunk.records for chunk in group.chunks()]
-    whole = Records(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
-    time = recorded_times(group.models[0].scenario)
-    outcomes: list[xr.Dataset | Diverged] = []
-    for place, model in enumerate(group.models):
-        if np.isnan(group.diverged_s[place]):
-            member_records = Records(*(np.ascontiguousarray(each[:, :, place]) for each in whole))
-            outcomes.append(model.make_trajectory(time, member_records))
-        else:
-            outcomes.append(Diverged(model.name, float(group.diverged_s[place])))
-    return outcomes
+def run_alone(model: GroupedModel, level: int = RUNS) -> Records:
+    """Records (times, ...) of one model by itself. Raises Diverged."""
+    group = Group((0,), [model], lanes=1, level=level)
+    parts = [chunk.records for chunk in group.chunks()]
+    if not np.isnan(group.diverged_s[0]):
+        raise Diverged(model.name, float(group.diverged_s[0]))
+    whole = (np.concatenate(each)[:, :, 0] for each in zip(*parts, strict=True))
+    return Records(*map(np.ascontiguousarray, whole))

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import abstractmethod
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import build_bodies
+from crosscheck.analytic.derivation.bodies import build_bodies, rigid_bodies
 from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.gears import Gears, build_gears
-from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.terms import Terms, build_chain_terms, inverse_dynamics
-from crosscheck.analytic.ensemble import Chunk, run_model, run_models
+from crosscheck.analytic.ensemble import Chunk, run_alone
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
@@ -23,8 +22,6 @@ from crosscheck.analytic.paper.stiffness import peak_stiffness
 from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
-from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import (
     Scenario,
@@ -37,6 +34,9 @@ from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
+
+JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
+MESH_SIGNALS = ("x_sp", "x_sp_dot", "F_sp", "x_pr", "x_pr_dot", "F_pr")
 
 
 @lru_cache(maxsize=128)
@@ -54,17 +54,22 @@ class AnalyticModel(Model):
     """
 
     abilities = frozenset((*STATE_ABILITIES, "simulate", "reference", "precise"))
+    chunk_class = Chunk
     terms: Terms
     gears: Gears
     links: Links | None = None
 
     def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, layout: Layout
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = layout
+        self.layout = self.find_layout()
         self.drive = drive_data(scenario, len(arm.joints))
-        self.gears = build_gears(arm, layout, self.switches)
+        self.gears = build_gears(arm, self.layout, self.switches)
+
+    @abstractmethod
+    def find_layout(self) -> Layout:
+        """Coordinates of the model, by its arm and switches."""
 
     @cached_property
     def term_equations(self) -> TermEquations:
@@ -77,6 +82,11 @@ class AnalyticModel(Model):
         if self.links is None:
             return self.term_equations
         return LinkEquations(self.arm, self.layout, self.gears, self.drive, self.links)
+
+    @property
+    def signal_layout(self) -> Layout:
+        """The coordinates that the records of signals belong to."""
+        return self.layout
 
     @property
     def edges(self) -> np.ndarray:
@@ -157,12 +167,7 @@ class AnalyticModel(Model):
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario by fixed-step RK4, as Section 2.4 says."""
-        return run_model(self)
-
-    @classmethod
-    def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
-        """Run many models by fixed-step RK4 in the lanes of one kernel."""
-        return run_models(models)
+        return self.make_trajectory(recorded_times(self.scenario), run_alone(self))
 
     def precise(self, rtol: float) -> xr.Dataset:
         """Run by an eighth-order method at a relative tolerance, steps ended at contact changes."""
@@ -194,24 +199,12 @@ class AnalyticModel(Model):
         all; NaN beyond a joint's own planets.
         """
         chunk = Chunk(time, [self], Records(*(each[:, :, None] for each in records)))
-        variables = {
-            "theta": chunk.theta[:, :, 0],
-            "theta_dot": chunk.theta_dot[:, :, 0],
-            "theta_ddot": chunk.theta_ddot[:, :, 0],
-            "torque": chunk.torque[:, :, 0],
-            "kinetic_energy": self.equations.kinetic_energy(records.q, records.v),
-            **more,
-        }
+        variables = {name: getattr(chunk, name)[:, :, 0] for name in JOINT_SIGNALS}
+        variables["kinetic_energy"] = self.equations.kinetic_energy(records.q, records.v)
+        variables |= more
         planets = [joint.planet_count for joint in self.arm.joints]
-        of_meshes = {
-            "x_sp": chunk.x_sp,
-            "x_sp_dot": chunk.x_sp_dot,
-            "F_sp": chunk.F_sp,
-            "x_pr": chunk.x_pr,
-            "x_pr_dot": chunk.x_pr_dot,
-            "F_pr": chunk.F_pr,
-        }
-        for name, values in of_meshes.items() if self.layout.mesh_joints else ():
+        for name in MESH_SIGNALS if self.layout.mesh_joints else ():
+            values = getattr(chunk, name)
             variables[name] = np.full((len(time), len(planets), max(planets)), np.nan)
             for joint, count in enumerate(planets):
                 planet_values = values[:, joint, : count if self.layout.free else 1, 0]
@@ -241,20 +234,17 @@ class PhysicalModel(BodyModel):
     name = "analytic:physical"
     abilities = AnalyticModel.abilities | {"mesh_modes", "contact_poles"}
 
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        chosen = chosen_switches or usual_switches(arm)
-        super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
+    def find_layout(self) -> Layout:
+        """Coordinates with planets lumped or free, as the switch says."""
+        return geared_layout(self.arm, self.switches)
 
 
 class RigidModel(BodyModel):
-    """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
+    """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.bodies."""
 
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
+    def find_layout(self) -> Layout:
+        """The joints' angles alone."""
+        return rigid_layout(self.arm)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Torques [N m] on the output side that give accelerations a at q, v: (states, joints)."""

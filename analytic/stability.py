@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.gears import Gears, displacement_rows
 from crosscheck.analytic.derivation.terms import Terms, mass_matrices
 from crosscheck.models.experiment.drive import PD, DriveData
 
@@ -28,10 +28,7 @@ def contact_eigenvalues(
     n = q.size
     mass = mass_matrices(terms, q)
     position, rate = np.zeros((n, n)), np.zeros((n, n))
-    meshes, number = np.zeros((gears.x_index.size, n)), np.arange(gears.x_index.size)
-    meshes[number, gears.x_index] = 1.0  # every mesh's displacement over the coordinates
-    of_two = gears.subtract_index >= 0
-    meshes[number[of_two], gears.subtract_index[of_two]] = -1.0
+    meshes = displacement_rows(gears, n)
     position += terms.mesh_map @ (stiffness[:, None] * meshes)
     rate -= meshes.T @ (gears.d[:, None] * meshes)
     rate[terms.theta, terms.theta] -= terms.friction

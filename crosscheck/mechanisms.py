@@ -49,9 +49,6 @@ SUPPLIED = {
     "find_rigid_model": Supply(
         "studies.members.cases:find_rigid_arm", "studies.members.cases:find_rigid_robot"
     ),
-    "group_members": Supply(
-        "analytic.ensemble:group_models", "analytic.robot.ensemble:group_robots"
-    ),
     "load_equations": Supply(
         "trial.input.loading:load_equations", "trial.input.loading:load_robot_equations"
     ),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -128,21 +128,6 @@ class Model(ABC):
             Diverged: The run left the range in which its numbers mean anything.
         """
         raise CannotDo(f"{self.name} has no simulate")
-
-    @classmethod
-    def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
-        """Run every model of the class through its scenario, or say when it diverged.
-
-        One after the other; a class that steps several at once has them agree to rounding with
-        ``simulate``, each bit for bit the same whichever others stand beside it.
-        """
-        outcomes: list[xr.Dataset | Diverged] = []
-        for model in models:
-            try:
-                outcomes.append(model.simulate())
-            except Diverged as error:
-                outcomes.append(error)
-        return outcomes
 
     def reference(self, rtol: float) -> xr.Dataset:
         """The run of ``simulate`` by adaptive steps; rtol: relative tolerance of a step."""

@@ -17,7 +17,7 @@ from crosscheck.models.errors import InputError, rephrase
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches, find_misfit
 from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
 from crosscheck.models.inputs import doubt_degrees
-from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
+from crosscheck.models.paths import SECTIONS, assign, find_paths, format_path, is_path
 
 if TYPE_CHECKING:
     from crosscheck.models.robot.robot import Robot
@@ -220,33 +220,25 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
     tags = UNION_TAGS | getattr(record, "union_tags", set())
     location = [part for part in details["loc"] if part not in tags]
     value: object = details["input"]
-    if details["type"] == "value_error":
-        field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        place = _format_location([*location, *field.split(".")])
-        return InputError(where, place, _entry(value, field), allowed)
-    if details["type"] == "extra_forbidden":
+    kind, context = details["type"], details.get("ctx", {})
+    tag = str(context.get("discriminator", "")).strip("'")
+    allowed = EXPECTED.get(kind, rephrase(details["msg"])).replace("{tag}", tag)
+    if kind == "value_error":
+        field, _, allowed = str(context["error"]).partition("|")
+        location, value = [*location, *field.split(".")], _entry(value, field)
+    elif kind == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in tags), key]
-        keys = _keys_at(record.model_json_schema(), above)
-        close = difflib.get_close_matches(str(key), sorted(keys), n=1, cutoff=0.4)
-        hint = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(sorted(keys))}"
-        return InputError(where, _format_location(location), value, f"unknown key; {hint}")
-    if details["type"] == "missing":
-        return InputError(
-            where, _format_location(location), None, "is missing; a value is required"
-        )
-    if details["type"] == "union_tag_invalid":
-        chosen = details["ctx"]
-        location.append(str(chosen["discriminator"]).strip("'"))
-        return InputError(
-            where,
-            _format_location(location),
-            chosen["tag"],
-            f"must be one of {chosen['expected_tags']}",
-        )
-    allowed = EXPECTED.get(details["type"], rephrase(details["msg"]))
-    tag = str(details.get("ctx", {}).get("discriminator", "")).strip("'")
-    return InputError(where, _format_location(location), value, allowed.replace("{tag}", tag))
+        keys = sorted(_keys_at(record.model_json_schema(), above))
+        close = difflib.get_close_matches(str(key), keys, n=1, cutoff=0.4)
+        hint = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(keys)}"
+        allowed = f"unknown key; {hint}"
+    elif kind == "missing":
+        value, allowed = None, "is missing; a value is required"
+    elif kind == "union_tag_invalid":
+        location = [*location, tag]
+        value, allowed = context["tag"], f"must be one of {context['expected_tags']}"
+    return InputError(where, format_path(tuple(location)), value, allowed)
 
 
 def _entry(value: Any, dotted: str) -> Any:
@@ -292,10 +284,3 @@ def _variants(schema: dict[str, Any], node: dict[str, Any]) -> list[dict[str, An
         for option in node.get(key, [])
         for variant in _variants(schema, option)
     ] or [node]
-
-
-def _format_location(location: Sequence[Any]) -> str:
-    text = ""
-    for part in location:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
-    return text

@@ -10,9 +10,16 @@ from typing import Any
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import is_robot, read_raw_arm
-from crosscheck.models.loading import Selection, load_scenario, load_selection, require_fit
-from crosscheck.models.robot.case import read_robot_data, select_robot
+from crosscheck.models.files import is_robot, read_raw_arm, read_raw_scenario
+from crosscheck.models.loading import (
+    Selection,
+    apply_setting,
+    load_scenario,
+    load_selection,
+    require_fit,
+    validate_record,
+)
+from crosscheck.models.robot.file import fill_masses, read_robot_file, read_source
 from crosscheck.models.robot.robot import Robot
 
 Mechanism = Arm | Robot
@@ -48,3 +55,38 @@ def read_sections(section: str, given: Mechanism | str) -> dict[str, Any]:
     if not isinstance(given, str):
         return given.sections
     return read_robot_data(given) if section == "robot" else {"arm": read_raw_arm(given)}
+
+
+def read_robot_data(name: str) -> dict[str, Any]:
+    """A robot's file as data with paths to every link's mass, and the URDF's text.
+
+    Raises InputError.
+    """
+    content = read_robot_file(name)
+    source, _ = read_source(name, content)
+    fill_masses(content, source.urdf_text, source.file.urdf)
+    return {"robot": content, "urdf": source.urdf_text}
+
+
+def select_robot(
+    name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
+) -> Selection:
+    """Robot and scenarios by name or file, settings applied before validation. Raises InputError.
+
+    A setting of the scenario holds for each.
+    """
+    experiments = []
+    for scenario in scenarios or [""]:
+        data = {"robot": read_robot_file(name)}
+        if scenario:
+            data["scenario"] = read_raw_scenario(scenario)
+        if any(setting.strip().startswith("robot.links.") for setting in settings):
+            source, _ = read_source(name, data["robot"])
+            fill_masses(data["robot"], source.urdf_text, source.file.urdf)
+        for setting in settings:
+            apply_setting(data, setting, tuple(data))
+        _, robot = read_source(name, data["robot"])
+        if scenario:
+            experiments.append(validate_record(Scenario, data["scenario"], scenario))
+            require_fit(experiments[-1], robot, scenario)
+    return Selection(robot, tuple(experiments))

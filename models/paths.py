@@ -61,7 +61,7 @@ def assign(data: dict[str, Any], place: FieldPath, value: Any) -> None:
 
 def format_path(place: FieldPath) -> str:
     """A place as messages show it, such as ``arm.joints[0].sun_mesh.backlash_m``."""
-    return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place).lstrip(".")
+    return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place).removeprefix(".")
 
 
 def _steps(target: Any, key: str, path: str, option: str, must_exist: bool) -> Iterable[str | int]:

@@ -81,3 +81,28 @@ def spinning_bodies(chain: Chain, joint: int) -> list[Body]:
             for count, theta_p in chain.planet_rows(joint)
         ),
     ]
+
+
+def rigid_bodies(chain: Chain, level: str) -> list[Body]:
+    """Bodies that a level of the rigid baseline (Eq. 1) counts.
+
+    `links` is the paper's rigid arm; each further level adds what the gears bring along rigidly.
+    """
+    bodies = [body for joint in chain.numbers for body in link_bodies(chain, joint)]
+    for joint in chain.numbers if level != "links" else ():
+        bodies += carried_bodies(chain, joint)
+        if level == "coupled":
+            bodies += spinning_bodies(chain, joint)
+        if level == "armature":
+            bodies += _armature_bodies(chain, joint)
+    return bodies
+
+
+def _armature_bodies(chain: Chain, joint: int) -> list[Body]:
+    """Reflected inertia as a body, on the diagonal alone: as if the body before stood still."""
+    stage = chain.stages[joint - 1]
+    if not isinstance(stage, Stage):
+        return []
+    # a_1i of Eq. 21: sun and planets, geared to the carrier, as seen by the joint.
+    inertia = (4 * stage.M_s + stage.N * stage.M_p) * stage.r_cp**2
+    return [Body(f"armature {joint}", 0, inertia, chain.row("theta", joint))]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +12,13 @@ import numpy as np
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_force import EXACT, TANH
-from crosscheck.analytic.paper.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rate
-from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.mesh_frequency import (
+    ANGLE,
+    OMEGA_T,
+    mesh_phases,
+    ring_mesh_rate,
+    sun_mesh_rate,
+)
 from crosscheck.analytic.paper.stiffness import StiffnessData, mean_stiffness, stiffness_data
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
@@ -31,7 +37,7 @@ class Gears(NamedTuple):
     ``subtract_index`` (-1: none) is taken away; theta: index of its joint's angle; k_m: mean
     stiffness; k_a: amplitude of Eq. 8, 0 where another law holds; law: the others, see
     analytic.paper.stiffness; E, lead, static_error: of the tooth error, see
-    analytic.paper.tooth_error; b, sigma: Eqs. 5, 6; rate, offset: phase per joint angle, and its
+    analytic.paper.mesh_force; b, sigma: Eqs. 5, 6; rate, offset: phase per joint angle, and its
     constant; d: damping of those planets together. phase, dead_zone: codes; damps_without_contact:
     whether dampers act out of contact; conservative: whether the potentials act on the joint
     angles.
@@ -83,13 +89,7 @@ def build_gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
 
 def gather_gears(meshes: Sequence[StageMesh], theta: Sequence[int], switches: Switches) -> Gears:
     """The arrays of these meshes; theta: places of the joints' angles in q."""
-
-    def floats(values: Iterable[float]) -> np.ndarray:
-        return np.array(list(values), dtype=float)
-
-    def integers(values: Iterable[int]) -> np.ndarray:
-        return np.array(list(values), dtype=np.int64)
-
+    floats, integers = partial(np.fromiter, dtype=float), partial(np.fromiter, dtype=np.int64)
     return Gears(
         x_index=integers(entry.x_index for entry in meshes),
         subtract_index=integers(entry.subtract_index for entry in meshes),
@@ -111,6 +111,15 @@ def gather_gears(meshes: Sequence[StageMesh], theta: Sequence[int], switches: Sw
         damps_without_contact=switches.damping == "always",
         conservative=switches.mesh_work == "conservative",
     )
+
+
+def displacement_rows(gears: Gears, n: int) -> np.ndarray:
+    """Every mesh's displacement by the n coordinates, (meshes, n)."""
+    rows, number = np.zeros((gears.x_index.size, n)), np.arange(gears.x_index.size)
+    rows[number, gears.x_index] = 1.0
+    of_two = gears.subtract_index >= 0
+    rows[number[of_two], gears.subtract_index[of_two]] = -1.0
+    return rows
 
 
 def _stage_meshes(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
@@ -36,18 +37,26 @@ class Records(NamedTuple):
     forces: np.ndarray
 
 
-class SteppedEquations(Protocol):
-    """Equations that a kernel runs; see crosscheck.analytic.kernel.equations."""
+class SteppedEquations(ABC):
+    """Equations that a kernel runs, in a layout's coordinates unless they say otherwise."""
 
     @property
-    def structure(self) -> Structure: ...
+    @abstractmethod
+    def structure(self) -> Structure:
+        """Structure that the kernel's text depends on."""
 
     @property
-    def numbers(self) -> Numbers: ...
+    @abstractmethod
+    def numbers(self) -> Numbers:
+        """The numbers that the text needs, by name, in SI units."""
 
-    def record_map(self) -> RecordMap: ...
+    def record_map(self) -> RecordMap:
+        """The layout's coordinates by the kernel's."""
+        return tuple((place,) for place in range(len(self.structure.coordinates)))
 
-    def to_kernel(self, x: np.ndarray) -> np.ndarray: ...
+    def to_kernel(self, x: np.ndarray) -> np.ndarray:
+        """Coordinates or rates x (..., n) of the layout as the kernel's."""
+        return x
 
 
 class SteppedModel(Protocol):

@@ -10,6 +10,7 @@ import numpy as np
 
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms, mass_matrices
+from crosscheck.analytic.kernel.batch import SteppedEquations
 from crosscheck.analytic.kernel.links import Links
 from crosscheck.analytic.kernel.numbers import Numbers, link_numbers, term_numbers
 from crosscheck.analytic.kernel.program import RecordMap
@@ -21,7 +22,7 @@ from crosscheck.models.experiment.drive import DriveData
 
 
 @dataclass(frozen=True)
-class TermEquations:
+class TermEquations(SteppedEquations):
     """Equations of a model in the layout's own coordinates, from terms."""
 
     arm: Arm
@@ -40,21 +41,13 @@ class TermEquations:
         """The numbers that terms and meshes need, by name."""
         return term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
 
-    def record_map(self) -> RecordMap:
-        """The layout's coordinates by the kernel's, which are the same."""
-        return tuple((place,) for place in range(len(self.layout)))
-
-    def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """Coordinates or rates x (..., n) of the layout as the kernel's, which are the same."""
-        return x
-
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic energy v^T M v / 2 (records,) [J] at states q, v (records, n) of the layout."""
         return np.einsum("ki,kij,kj->k", v, mass_matrices(self.terms, q), v) / 2
 
 
 @dataclass(frozen=True)
-class LinkEquations:
+class LinkEquations(SteppedEquations):
     """Equations of an arm's own bodies over its links, each gear's own spin eliminated."""
 
     arm: Arm

@@ -13,7 +13,7 @@ import numpy as np
 
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.kernel.text.fusion import fuse_products
-from crosscheck.analytic.kernel.text.terms import TermStructure, entry_of_mass
+from crosscheck.analytic.kernel.text.terms import TermStructure, name_results
 from crosscheck.models.experiment.drive import TABLE
 
 OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
@@ -80,15 +80,13 @@ def assemble_c_file(header: str, size: int, joints: int, constants: str, body: s
 
 
 def _parts(s: TermStructure) -> Iterable[CFunction]:
-    places = range(s.size)
-    with_bias = {entry[0] for entry in s.bias}
-    entries = (entry_of_mass(s, i, j) for i in places for j in places)
-    yield CFunction("mass_matrix", "const double q[N]", "M", tuple(entries))
-    bias_entries = (f"h{i}" if i in with_bias else "0.0" for i in places)
-    yield CFunction("bias", "const double q[N], const double v[N]", "bias", tuple(bias_entries))
-    state = "double t, const double q[N], const double v[N], const double torque[JOINTS]"
-    yield CFunction("force", state, "force", tuple(f"f{i}" for i in places))
-    yield CFunction("acceleration", state, "a", tuple(f"a_{x}" for x in s.coordinates))
+    of_state = "const double q[N], const double v[N]"
+    driven = f"double t, {of_state}, const double torque[JOINTS]"
+    entries = name_results(s)
+    yield CFunction("mass_matrix", "const double q[N]", "M", entries["mass_matrix"])
+    yield CFunction("bias", of_state, "bias", entries["bias"])
+    yield CFunction("force", driven, "force", entries["force"])
+    yield CFunction("acceleration", driven, "a", entries["acceleration"])
 
 
 def make_c_lines(text: Iterable[str]) -> list[CLine]:

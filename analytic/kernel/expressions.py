@@ -150,11 +150,6 @@ class StraightLines(NamedTuple):
     lines: tuple[str, ...]
     constants: Mapping[str, Expression]
 
-    @property
-    def operations(self) -> int:
-        """Number of additions, subtractions, products, quotients and signs that change."""
-        return sum(line.partition("=")[2].count(f" {o} ") for o in OPERATORS for line in self.lines)
-
 
 def write_lines(results: Mapping[str, Number]) -> StraightLines:
     """Text that sets every result, by its name, from variables and constants.

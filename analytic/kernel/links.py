@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import build_bodies
+from crosscheck.analytic.derivation.bodies import build_bodies, rigid_bodies
 from crosscheck.analytic.derivation.chain import Chain
-from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.stage import DirectStage, Stage, stage_values
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout

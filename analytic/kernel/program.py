@@ -13,11 +13,12 @@ import threading
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 from crosscheck.analytic.kernel.structure import Structure
-from crosscheck.analytic.kernel.text.terms import TermStructure, entry_of_mass
+from crosscheck.analytic.kernel.text.terms import TermStructure, name_results
 from crosscheck.models.experiment.drive import TABLE
 
 if TYPE_CHECKING:
@@ -237,15 +238,7 @@ def build_states_program(structure: TermStructure) -> Program:
     loads = [
         f"{kind}_{x} = w[{k * n + i}]" for k, kind in enumerate("qv") for i, x in enumerate(names)
     ]
-    entries = [entry_of_mass(structure, i, j) for i in range(n) for j in range(n)]
-    with_bias = {entry[0] for entry in structure.bias}
-    results = [
-        *entries,
-        *(f"h{i}" if i in with_bias else "0.0" for i in range(n)),
-        *(f"f{i}" for i in range(n)),
-        *(f"a_{x}" for x in names),
-        *(f"each_{mesh}" for mesh in meshes),
-    ]
+    results = [*chain(*name_results(structure).values()), *(f"each_{mesh}" for mesh in meshes)]
     stores = [f"w[{2 * n + place}] = {value}" for place, value in enumerate(results)]
     text = _STATES.format(body=rows.function(loads, stores))
     return rows.program(text, {}, 1, STATES, (("evaluate", STAGE_ARGUMENTS),))

@@ -100,27 +100,13 @@ class Structure(ABC):
         )
 
 
-class CommonFields(NamedTuple):
-    """The fields that every Structure has, in their order."""
-
-    stages: tuple[StageShape | None, ...]
-    drive: int
-    omega_t: bool
-    tanh: bool
-    damps_without_contact: bool
-    conservative: bool
-
-
-def common_structure(theta: Sequence[int], gears: Gears, drive: DriveData) -> CommonFields:
+def common_structure(
+    theta: Sequence[int], gears: Gears, drive: DriveData
+) -> tuple[tuple[StageShape | None, ...], int, bool, bool, bool, bool]:
     """The fields of a model that every Structure has; theta: places of the joints' angles in q."""
-    return CommonFields(
-        stages=_stages(theta, gears),
-        drive=int(drive.code),
-        omega_t=gears.phase == OMEGA_T,
-        tanh=gears.dead_zone == TANH,
-        damps_without_contact=bool(gears.damps_without_contact),
-        conservative=bool(gears.conservative),
-    )
+    laws = gears.phase == OMEGA_T, gears.dead_zone == TANH
+    switches = bool(gears.damps_without_contact), bool(gears.conservative)
+    return _stages(theta, gears), int(drive.code), *laws, *switches
 
 
 def _stages(theta: Sequence[int], gears: Gears) -> tuple[StageShape | None, ...]:

@@ -127,7 +127,7 @@ class _Function:
         self.begin, self.body, self.count = list[str](), list[str](), 0
         self.values = dict[str, Value]()  # arguments, and of row functions all names
         self.places = dict[str, Value]()  # of a loop's variables: where each is kept
-        self.loops = list[tuple[str, str]]()  # labels to go on at, and to end at
+        self.loops = list[str]()  # labels to go on at
 
     def lines(self) -> list[str]:
         """Lines of the function's whole definition in IR."""
@@ -198,9 +198,7 @@ class _Function:
             case ast.If(test=test, body=body, orelse=orelse):
                 self._if(test, body, orelse)
             case ast.Continue():
-                self._leave(f"br label %{self.loops[-1][0]}")
-            case ast.Break():
-                self._leave(f"br label %{self.loops[-1][1]}")
+                self._leave(f"br label %{self.loops[-1]}")
             case _:
                 raise NotImplementedError(ast.dump(node))
 
@@ -253,7 +251,7 @@ class _Function:
         self._label(head)
         self._branch(test, inside, end)
         self._label(inside)
-        self.loops.append((step, end))
+        self.loops.append(step)
         for statement in body:
             self._statement(statement)
         self.loops.pop()
@@ -265,16 +263,15 @@ class _Function:
         self._label(end)
 
     def _count(self, name: str, bounds: Sequence[ast.expr], body: Sequence[ast.stmt]) -> None:
-        """Add ``for name in range(...)`` with a step above 0."""
-        first, last = (ast.Constant(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
-        step = bounds[2] if len(bounds) > 2 else ast.Constant(1)
+        """Add ``for name in range(...)``, whose step is 1."""
+        first, last = (ast.Constant(0), *bounds) if len(bounds) == 1 else bounds
         self._assign(name, self._expression(first))
         limit = self._expression(last)
         self.count += 1
         end = f"{name}.end{self.count}"
         self.values[end] = limit
         test = ast.Compare(ast.Name(name), [ast.Lt()], [ast.Name(end)])
-        self._loop(test, body, [ast.AugAssign(ast.Name(name), ast.Add(), step)])
+        self._loop(test, body, [ast.AugAssign(ast.Name(name), ast.Add(), ast.Constant(1))])
 
     def _if(self, test: ast.expr, body: Sequence[ast.stmt], orelse: Sequence[ast.stmt]) -> None:
         yes, no, end = (self._new_label() for _ in range(3))
@@ -359,8 +356,6 @@ class _Function:
         return [self._as(value, common) for value in values]
 
     def _binary(self, op: ast.operator, a: Value, b: Value) -> Value:
-        if isinstance(op, ast.BitOr):
-            return self._logic(ast.Or(), [a, b])
         a, b = self._common(a, b)
         operations = _INT if a.kind == "int" and not isinstance(op, ast.Div) else _FLOAT
         if operations is _FLOAT and a.kind == "int":

@@ -1,12 +1,40 @@
-"""The mesh force, Eqs. 4 and 15."""
+"""The mesh force and what it is made of: clearance, tooth error and spring, Eqs. 4-6, 14, 15."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
-
 EXACT, TANH = 0, 1
+
+
+def dead_zone(x: np.ndarray | float, b: np.ndarray | float) -> np.ndarray:
+    """f_k(x, b) of Eq. 5 [m]: displacement beyond a clearance of half width b; x, b [m]."""
+    beyond = np.where(x > b, np.subtract(x, b), 0.0)
+    return np.where(np.less_equal(x, np.negative(b)), np.add(x, b), beyond)
+
+
+def dead_zone_tanh(
+    x: np.ndarray | float, b: np.ndarray | float, sigma: np.ndarray | float
+) -> np.ndarray:
+    """f_k(x, b) of Eq. 6 [m], the smooth stand-in; x, b [m], sigma [1/m]."""
+    right = np.tanh(sigma * np.subtract(x, b))
+    left = np.tanh(sigma * np.add(x, b))
+    return x + np.divide(x, 2) * (right - left) - np.divide(b, 2) * (right + left)
+
+
+def tooth_error(sine: np.ndarray | float, E: np.ndarray | float) -> np.ndarray:
+    """e of Eq. 14 [m]; sine: that of the mesh phase; E: its magnitude [m]."""
+    return np.multiply(E, sine)
+
+
+def total_error(
+    phase: np.ndarray | float,
+    E: np.ndarray | float,
+    error_phase: np.ndarray | float,
+    static_error: np.ndarray | float,
+) -> np.ndarray:
+    """e [m] where it has a phase of its own, by so much lead [rad], and a constant part [m]."""
+    return static_error + tooth_error(np.sin(np.add(phase, error_phase)), E)
 
 
 def mesh_force(

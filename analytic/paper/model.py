@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
+from typing import ClassVar
 
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.derivation.symbolic_terms import build_form_terms
@@ -12,7 +14,7 @@ from crosscheck.analytic.paper.coverage import PAPER_COVERAGE, is_covered_by_pap
 from crosscheck.analytic.paper.energies import build_energies_form
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import lumped_layout, rigid_layout
+from crosscheck.models.arm.layout import Layout, lumped_layout, rigid_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 
@@ -31,12 +33,22 @@ class FormModel(AnalyticModel):
     name = "analytic:form"
     abilities = AnalyticModel.abilities | {"mesh_modes"}
 
+    build_form: ClassVar[Callable[[], Form]]
+
     def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
+        self,
+        arm: Arm,
+        scenario: Scenario,
+        chosen_switches: Switches | None = None,
+        form: Form | None = None,
     ) -> None:
         _require_coverage(arm, self.name)
-        super().__init__(arm, scenario, chosen_switches, lumped_layout(arm))
-        self.terms = _build_form_terms(arm, form)
+        super().__init__(arm, scenario, chosen_switches)
+        self.terms = _build_form_terms(arm, form or type(self).build_form())
+
+    def find_layout(self) -> Layout:
+        """The paper's coordinates."""
+        return lumped_layout(self.arm)
 
 
 def _require_coverage(arm: Arm, model: str) -> None:
@@ -48,11 +60,7 @@ class PrintedModel(FormModel):
     """The model by Eqs. 21-22, entry for entry."""
 
     name = "analytic:printed"
-
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches, build_printed_form())
+    build_form = staticmethod(build_printed_form)
 
 
 class PrintedRigidModel(AnalyticModel):
@@ -68,16 +76,16 @@ class PrintedRigidModel(AnalyticModel):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         _require_coverage(arm, self.name)
-        super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
+        super().__init__(arm, scenario, chosen_switches)
         self.terms = select_rigid_terms(_build_form_terms(arm, build_printed_form()))
+
+    def find_layout(self) -> Layout:
+        """The joints' angles alone."""
+        return rigid_layout(self.arm)
 
 
 class EnergiesModel(FormModel):
     """The model by Eqs. 16-19 through Lagrange's equations."""
 
     name = "analytic:energies"
-
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches, build_energies_form())
+    build_form = staticmethod(build_energies_form)

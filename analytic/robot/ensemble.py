@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.analytic.ensemble import ModelGroup, RunChunk, partition_models
-from crosscheck.analytic.kernel.batch import Records
-from crosscheck.analytic.robot.runs import RobotMember
+from crosscheck.analytic.ensemble import RunChunk
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.robot.robot import JointStage
 
+if TYPE_CHECKING:
+    from crosscheck.analytic.robot.runs import RobotMember
 
-class RobotChunk(RunChunk[RobotMember]):
+
+class RobotChunk(RunChunk):
     """Records of robots: joints are all that move, in the robot's order."""
+
+    models: Sequence[RobotMember]
 
     @cached_property
     def theta(self) -> np.ndarray:
@@ -111,24 +115,3 @@ class RobotChunk(RunChunk[RobotMember]):
             each = np.stack(by_planet[stage.joint], axis=1)
             values[:, stage.joint, : count if is_any_free else 1] = each
         return values
-
-
-class RobotGroup(ModelGroup[RobotMember, RobotChunk]):
-    """Robots that run side by side."""
-
-    def make_chunk(self, time: np.ndarray, records: Records) -> RobotChunk:
-        """The chunk of consecutive records at these times [s]."""
-        return RobotChunk(time, self.models, records)
-
-
-def group_robots(models: Sequence[RobotMember]) -> list[RobotGroup]:
-    """Groups of any robots, as few as they fit in."""
-    parts = partition_models(models, _layout)
-    return [RobotGroup(members, [models[place] for place in members]) for members in parts]
-
-
-def _layout(model: RobotMember) -> object:
-    """The joints that the records of signals belong to."""
-    rotors = tuple(rotor.joint for rotor, _ in model.robot.meshes)
-    stages = tuple((each.joint, each.coordinates) for each in model.robot.stages)
-    return model.level, rotors, stages, tuple(joint.mimic for joint in model.robot.joints)

@@ -14,19 +14,19 @@ from crosscheck.analytic.derivation.gears import (
     gather_gears,
     lumped_meshes,
 )
+from crosscheck.analytic.kernel.batch import SteppedEquations
 from crosscheck.analytic.kernel.expressions import StraightLines, evaluate_constants
 from crosscheck.analytic.kernel.numbers import Numbers, drive_numbers, stage_numbers
-from crosscheck.analytic.kernel.program import RecordMap
 from crosscheck.analytic.kernel.structure import common_structure
 from crosscheck.analytic.robot.algorithms import Mechanism
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers
 from crosscheck.analytic.robot.structure import RobotStructure, trace_forward_dynamics
 from crosscheck.models.experiment.drive import CONSTANT, DriveData
-from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot
+from crosscheck.models.robot.robot import MESH_LAWS, JointStage, Level, Robot
 
 
 @dataclass(frozen=True)
-class RobotEquations:
+class RobotEquations(SteppedEquations):
     """Equations of a robot at a level, its motors driven by a law."""
 
     robot: Robot
@@ -51,11 +51,7 @@ class RobotEquations:
         )
         meshes: list[StageMesh] = []
         for number, first, stage in staged:
-            if stage.has_free_planets:
-                x_pr = [first + 1 + planet for planet in stage.groups]
-                meshes += free_meshes(stage.gears, number, first, x_pr, MESH_LAWS)
-            else:
-                meshes += lumped_meshes(stage.gears, number, first, first + 1, MESH_LAWS)
+            meshes += list_stage_meshes(stage, number, first)
         return gather_gears(meshes, range(len(self.labels)), MESH_LAWS)
 
     @cached_property
@@ -94,13 +90,13 @@ class RobotEquations:
         given = self._named[1]
         return {**given, **evaluate_constants(text.constants, given)}
 
-    def record_map(self) -> RecordMap:
-        """The robot's coordinates by the kernel's, which are the same."""
-        return tuple((place,) for place in range(len(self.structure.coordinates)))
 
-    def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """Coordinates or rates x (..., n) of the robot as the kernel's, which are the same."""
-        return x
+def list_stage_meshes(stage: JointStage, number: int, first: int) -> list[StageMesh]:
+    """The meshes of the number-th joint's stage, whose coordinates begin at a place."""
+    if stage.has_free_planets:
+        x_pr = [first + 1 + planet for planet in stage.groups]
+        return free_meshes(stage.gears, number, first, x_pr, MESH_LAWS)
+    return lumped_meshes(stage.gears, number, first, first + 1, MESH_LAWS)
 
 
 def build_equations(robot: Robot, level: Level) -> RobotEquations:

@@ -12,26 +12,22 @@ Friction takes c times a joint's rate from that joint, and so from the coordinat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import wraps
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import amplitude, damping
+from crosscheck.analytic.derivation.gears import displacement_rows, gather_gears
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper import stiffness
-from crosscheck.analytic.paper.backlash import dead_zone
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.analytic.paper.mesh_force import is_in_contact, phase_force
-from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from crosscheck.analytic.paper.mesh_phasing import mesh_phases
-from crosscheck.analytic.paper.tooth_error import total_error
+from crosscheck.analytic.paper.mesh_force import dead_zone, is_in_contact, phase_force, total_error
+from crosscheck.analytic.robot.equations import list_stage_meshes
 from crosscheck.analytic.robot.runs import run_precisely, run_robot
-from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
+from crosscheck.models.robot.robot import BASE, MESH_LAWS, WITH_ROTORS, JointStage, Level, Robot
 
 UPRIGHT = np.eye(3)
 BLOCK = 2**14  # states x bodies x joints at a time: more would leave the processor's cache
@@ -94,29 +90,9 @@ class SpinningBody(NamedTuple):
     turns: np.ndarray
 
 
-class PlanetMeshLaw(NamedTuple):
-    """Contacts of planets that move as one with sun or ring: x by the coordinates (n,), and laws.
+class PlanetMeshStates(NamedTuple):
+    """States of planets' meshes (states, meshes): x - e, k, and slopes of k and e by the phase."""
 
-    k_m, k_a [N/m]: of Eq. 8. joint: whose angle their phase follows, by so much per radian, from an
-    offset [rad] on; damping [N s/m]: of them together.
-    """
-
-    displacement: np.ndarray
-    joint: int
-    planets: int
-    mesh: PlanetMesh
-    law: stiffness.StiffnessData
-    k_m: float
-    k_a: float
-    rate: float
-    offset: float
-    damping: float
-
-
-class PlanetMeshState(NamedTuple):
-    """A law's values in every state: x - e, k, and the slopes of k and e by the phase (states,)."""
-
-    law: PlanetMeshLaw
     gap: np.ndarray
     stiffness: np.ndarray
     slopes: tuple[np.ndarray, np.ndarray]
@@ -142,7 +118,16 @@ class AnalyticRobot(RobotModel):
         self._armature = self._share.T * armature @ self._share
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
-        self._teeth: list[PlanetMeshLaw] = []
+        self._gears = gather_gears(
+            [
+                mesh
+                for stage, columns in zip(stages, robot.stage_columns, strict=False)
+                for mesh in list_stage_meshes(stage, stage.joint, columns.start)
+            ],
+            range(len(robot.joints)),
+            MESH_LAWS,
+        )
+        self._mesh_rows = displacement_rows(self._gears, size)
         self._driven = np.eye(len(free), size)  # generalized forces, per torque of each motor
         place = len(free)
         for rotor in robot.rotors:
@@ -185,28 +170,12 @@ class AnalyticRobot(RobotModel):
             if columns is not None:
                 x_sp[columns] = stage.displacement("x_sp", number)
                 x_pr[columns] = stage.displacement("x_pr", number)
-                self._add_planet_meshes(stage, number, (x_sp, x_pr), each)
             planet = -(x_pr + geometry.r_cp * share) / geometry.r_p
             self._spinning_bodies.append(SpinningBody(joint.parent, axis, each * J_p, planet))
         sun = (x_sp + x_pr + 2 * geometry.r_cp * share) / geometry.r_s
         self._spinning_bodies.append(SpinningBody(joint.parent, axis, J_s, sun))
         if columns is not None and joint.mimic is None:
             self._driven[self.robot.coordinates.index(stage.joint)] = sun / geometry.n
-
-    def _add_planet_meshes(
-        self, stage: JointStage, number: int, rows: tuple[np.ndarray, np.ndarray], each: int
-    ) -> None:
-        """Add the laws of a planet's meshes; rows: of x_sp and x_pr; each: planets moving as it."""
-        gears, geometry = stage.gears, stage_geometry(stage.gears)
-        rates = sun_mesh_rate(gears, geometry), ring_mesh_rate(gears, geometry, "corrected")
-        meshes = gears.sun_mesh.planet_mesh(number), gears.ring_mesh.planet_mesh(number)
-        phases, dampers = mesh_phases(gears, number), damping(gears, number)
-        for row, mesh, rate, offset, d in zip(rows, meshes, rates, phases, dampers, strict=True):
-            law = stiffness.stiffness_data([mesh.stiffness])
-            k = stiffness.mean_stiffness(mesh.stiffness), amplitude(mesh)
-            damped = d * each / gears.planet_count
-            place = row, stage.joint, each, mesh
-            self._teeth.append(PlanetMeshLaw(*place, law, *k, rate, offset, damped))
 
     @split_states
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -262,11 +231,9 @@ class AnalyticRobot(RobotModel):
 
     def stage_forces(self, q: np.ndarray) -> np.ndarray:
         """Forces (states, meshes) [N] of the springs of every planet, by the laws of its meshes."""
-        columns, states = list[np.ndarray](), list(self._planet_mesh_states(q))
-        for pair in zip(states[::2], states[1::2], strict=True):
-            forces = [k * dead_zone(gap, law.mesh.backlash_m) for law, gap, k, _ in pair]
-            columns += forces * pair[0].law.planets
-        return np.reshape(columns, (len(columns), len(q))).T
+        gears, (gap, k, _) = self._gears, self._planet_mesh_states(q)
+        pairs = (k * dead_zone(gap, gears.b)).reshape(len(q), -1, 2)
+        return np.repeat(pairs, gears.planets[::2].astype(int), axis=1).reshape(len(q), -1)
 
     @split_states
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -353,25 +320,23 @@ class AnalyticRobot(RobotModel):
             force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             force += mesh.damping_N_s_per_m * rate
             total[:, place] = np.where(np.abs(x) > play, force, 0.0)
-        for law, gap, k, slopes in self._planet_mesh_states(q):
-            play, planets, row = law.mesh.backlash_m, law.planets, law.displacement
-            force = planets * k * dead_zone(gap, play)
-            force += np.where(is_in_contact(gap, play), law.damping * (v @ row), 0.0)
-            total += force[:, None] * row
-            turned = planets * law.rate * phase_force(gap, k, *slopes, play)
-            total -= turned[:, None] * self._share[law.joint]
-        return total
+        gears, (gap, k, slopes) = self._gears, self._planet_mesh_states(q)
+        pulls = gears.planets * k * dead_zone(gap, gears.b)
+        pulls += np.where(is_in_contact(gap, gears.b), gears.d * (v @ self._mesh_rows.T), 0.0)
+        turned = gears.planets * gears.rate * phase_force(gap, k, *slopes, gears.b)
+        return total + pulls @ self._mesh_rows - turned @ self._share[gears.theta]
 
-    def _planet_mesh_states(self, q: np.ndarray) -> Iterator[PlanetMeshState]:
+    def _planet_mesh_states(self, q: np.ndarray) -> PlanetMeshStates:
         """States of the teeth of each free planet, sun mesh before ring mesh."""
-        for law in self._teeth:
-            mesh = law.mesh
-            phase = law.rate * (q @ self._share[law.joint] + self._offset[law.joint]) + law.offset
-            size, lead = mesh.tooth_error_m, mesh.tooth_error_phase_rad
-            gap = q @ law.displacement - total_error(phase, size, lead, mesh.static_error_m)
-            k = stiffness.stiffness(law.law, 0, phase, law.k_m, law.k_a)
-            k_slope = stiffness.stiffness_slope(law.law, 0, phase, law.k_a)
-            yield PlanetMeshState(law, gap, k, (k_slope, size * np.cos(phase + lead)))
+        g = self._gears
+        angle = q @ self._share[g.theta].T + self._offset[g.theta]
+        phase = g.rate * angle + g.offset
+        gap = q @ self._mesh_rows.T - total_error(phase, g.E, g.error_phase, g.static_error)
+        k, k_slope = np.zeros((2, *phase.shape))
+        for i, turn in enumerate(phase.T):
+            k[:, i] = stiffness.stiffness(g.law, i, turn, g.k_m[i], g.k_a[i])
+            k_slope[:, i] = stiffness.stiffness_slope(g.law, i, turn, g.k_a[i])
+        return PlanetMeshStates(gap, k, (k_slope, g.E * np.cos(phase + g.error_phase)))
 
     def _poses(self, q: np.ndarray) -> FramePoses:
         """Poses of every body, and their partial velocities."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.analytic.ensemble import run_alone
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely
-from crosscheck.analytic.kernel.batch import Batch, Records
 from crosscheck.analytic.kernel.program import RUNS, STATES
+from crosscheck.analytic.robot.ensemble import RobotChunk
 from crosscheck.analytic.robot.equations import RobotEquations
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
@@ -28,14 +29,24 @@ BRIEF_STEPS = 10_000
 class RobotMember:
     """A robot at a level in an experiment, as a batch takes it."""
 
+    chunk_class = RobotChunk
+
     def __init__(self, robot: Robot, level: Level, scenario: Scenario) -> None:
         self.robot, self.level, self.scenario = robot, level, scenario
+        self.name = f"analytic:{level}"
         self.drive = drive_data(scenario, len(robot.coordinates), robot.motors)
         self.equations = RobotEquations(robot, level, self.drive)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates at the start."""
         return start_state(self.robot, self.level, self.scenario)
+
+    @property
+    def signal_layout(self) -> object:
+        """The joints that the records of signals belong to."""
+        rotors = tuple(rotor.joint for rotor, _ in self.robot.meshes)
+        stages = tuple((each.joint, each.coordinates) for each in self.robot.stages)
+        return self.level, rotors, stages, tuple(joint.mimic for joint in self.robot.joints)
 
     @cached_property
     def edges(self) -> np.ndarray:
@@ -48,9 +59,8 @@ class RobotMember:
 def run_robot(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and rates (records, n) by fixed steps. Raises Diverged."""
     level = STATES if scenario.steps < BRIEF_STEPS else RUNS
-    batch = Batch([RobotMember(model.robot, model.level, scenario)], lanes=1, level=level)
-    parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, 2**14))
-    return _finite(model, scenario, Records(*map(np.concatenate, zip(*parts, strict=True))))
+    q, v, *_ = run_alone(RobotMember(model.robot, model.level, scenario), level)
+    return q, v
 
 
 def run_precisely(
@@ -58,14 +68,6 @@ def run_precisely(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same by adaptive steps that end where contacts change. Raises Diverged."""
     member = RobotMember(model.robot, model.level, scenario)
-    records = integrate_precisely(member, rtol).records
-    return _finite(model, scenario, records)
-
-
-def _finite(
-    model: RobotModel, scenario: Scenario, records: Records
-) -> tuple[np.ndarray, np.ndarray]:
-    time = recorded_times(scenario)
-    q, v = (each.reshape(len(time), -1) for each in records[:2])
-    require_finite(f"{model.name}:{model.level}", time, q, v)
+    q, v, *_ = integrate_precisely(member, rtol).records
+    require_finite(member.name, recorded_times(scenario), q, v)
     return q, v

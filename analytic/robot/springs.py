@@ -8,18 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.gears import displacement_rows, gather_gears
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.analytic.paper.stiffness import peak_stiffness
+from crosscheck.analytic.robot.equations import list_stage_meshes
 from crosscheck.analytic.stability import runge_kutta_limit
-from crosscheck.models.arm.layout import Meaning
-from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.drive import PD, drive_data
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.integration import conditioning_error, require_regular
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import JointStage, Level, Robot, Rotor
+from crosscheck.models.robot.robot import MESH_LAWS, JointStage, Level, Robot, Rotor
 from crosscheck.models.robot.start import start_state
 
 QUARTER = np.pi / 2
@@ -61,41 +60,32 @@ def tooth_springs(robot: Robot) -> tuple[ToothSpring, ...]:
         place_and_lever = rows[place], rotor.ratio * radius
         springs.append(ToothSpring(name, rotor.joint, *place_and_lever, *constants, *swinging))
     for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
-        for planet in stage.groups:
-            springs += _planet_springs(robot, stage, planet, columns)
+        springs += _planet_springs(robot, stage, columns.start)
     return tuple(springs)
 
 
-def _planet_springs(
-    robot: Robot, stage: JointStage, planet: int, columns: slice
-) -> Iterator[ToothSpring]:
-    """Sun and ring mesh of the planets that move as one with a planet."""
-    gears, planets = stage.gears, stage.gears.planet_count // len(stage.groups)
-    geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
-    whose = f"planet {planet + 1} of " if stage.has_free_planets else ""
-    sides: tuple[tuple[str, Meaning, PlanetMesh, float], ...] = (
-        ("sun", "x_sp", gears.sun_mesh.planet_mesh(planet), min(sun_mass, planets * planet_mass)),
-        ("ring", "x_pr", gears.ring_mesh.planet_mesh(planet), planets * planet_mass),
-    )
-    for (side, x, teeth, mass), d in zip(sides, damping(gears, planet), strict=True):
-        wave = teeth.stiffness
-        law, mean = stiffness_data([wave]), mean_stiffness(wave)
-        amplitude = wave.amplitude_N_per_m if wave.law == "sine" else 0.0
-        peak = float(peak_stiffness(law, np.array([mean]), np.array([amplitude]))[0])
-        row = np.zeros(len(robot.coordinates) + robot.mesh_coordinates)
-        row[columns] = stage.displacement(x, planet)
+def _planet_springs(robot: Robot, stage: JointStage, first: int) -> Iterator[ToothSpring]:
+    """Sun and ring mesh of planets that move as one; first: place of the stage's coordinates."""
+    gears = gather_gears(list_stage_meshes(stage, 0, first), [0], MESH_LAWS)
+    geometry, (sun_mass, planet_mass) = stage_geometry(stage.gears), gear_masses(stage.gears)
+    rows = displacement_rows(gears, len(robot.coordinates) + robot.mesh_coordinates)
+    peaks = peak_stiffness(gears.law, gears.k_m, gears.k_a)
+    for mesh, planets in enumerate(gears.planets):
+        planet, side = divmod(mesh, 2)
+        whose = f"planet {planet + 1} of " if stage.has_free_planets else ""
+        masses = min(sun_mass, planets * planet_mass), planets * planet_mass
         yield ToothSpring(
-            f"{side} mesh of {whose}{robot.joints[stage.joint].name}",
+            f"{('sun', 'ring')[side]} mesh of {whose}{robot.joints[stage.joint].name}",
             stage.joint,
-            row,
+            rows[mesh],
             geometry.n * geometry.r_s,
-            planets * mean,
-            planets * peak,
-            d * planets / gears.planet_count,
-            teeth.backlash_m,
-            abs(teeth.static_error_m) + teeth.tooth_error_m,
+            planets * gears.k_m[mesh],
+            planets * peaks[mesh],
+            gears.d[mesh],
+            gears.b[mesh],
+            abs(gears.static_error[mesh]) + gears.E[mesh],
             min(geometry.r_s, geometry.r_p),
-            mass,
+            masses[side],
         )
 
 

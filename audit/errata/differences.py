@@ -169,18 +169,7 @@ def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
     """The masses and inertias of stages, links and payload in an expression."""
     inertial = {symbols.m_payload}
     for stage in map(symbols.stage_symbols, (1, 2)):
-        inertial |= {
-            stage.M_s,
-            stage.M_p,
-            stage.M_c,
-            stage.m,
-            stage.I_l,
-            stage.m_s,
-            stage.m_p,
-            stage.m_c,
-            stage.m_r,
-            stage.J_r,
-        }
+        inertial |= {*stage[:8], stage.m, stage.I_l}  # the first are those of the gears
     return frozenset(expression.free_symbols & inertial)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import call
 from typing import Any, Literal
 
 import numpy as np
@@ -17,9 +18,8 @@ from crosscheck.analytic.paper.model import FormModel
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
-from crosscheck.models.interface import Model
 
-ModelFactory = Callable[[Scenario], Model]  # equal ones make equal models
+Side = Callable[[Scenario], xr.Dataset]  # equal ones have equal runs
 # An error of an equation, with its effect; a statement or a number without support; notation.
 ErratumClass = Literal["equation", "statement", "notation"]
 
@@ -58,22 +58,17 @@ class Erratum:
     size: float | None = None
     unit: str = ""
     others: Mapping[str, float] = field(default_factory=dict)
-    trial: tuple[ModelFactory, ModelFactory] | None = None
+    trial: tuple[Side, Side] | None = None
     effects: Mapping[str, Effect] = field(default_factory=dict)
     printed_tex: str = ""
     derived_tex: str = ""
     denies: tuple[str, ...] = ()
 
 
-def run_model(make_model: ModelFactory, scenario: Scenario) -> xr.Dataset:
-    """The run of a side's model. Raises Diverged."""
-    return make_model(scenario).simulate()
-
-
 def compute_effect(
-    trial: tuple[ModelFactory, ModelFactory],
+    trial: tuple[Side, Side],
     scenario: Scenario,
-    run: Callable[[ModelFactory, Scenario], xr.Dataset] = run_model,
+    run: Callable[[Side, Scenario], xr.Dataset] = call,
 ) -> Effect:
     """The effect of an erratum on the runs of both models in a scenario. Raises Diverged.
 
@@ -90,17 +85,18 @@ def compute_effect(
 
 
 @dataclass(frozen=True)
-class PaperModelFactory:
-    """What makes a model of an arm: of a form of the equations, or else the physical one."""
+class PaperSide:
+    """One side of an erratum: a model of an arm, of a form of the equations or the physical one."""
 
     arm: Arm
     form: Form | None = None
     chosen: Switches = field(default_factory=switches)
 
-    def __call__(self, scenario: Scenario) -> Model:
+    def __call__(self, scenario: Scenario) -> xr.Dataset:
+        """The run of the side's model. Raises Diverged."""
         if self.form is None:
-            return PhysicalModel(self.arm, scenario, self.chosen)
-        return FormModel(self.arm, scenario, None, self.form)
+            return PhysicalModel(self.arm, scenario, self.chosen).simulate()
+        return FormModel(self.arm, scenario, None, self.form).simulate()
 
 
 def write_sides(printed: sp.Expr, derived: sp.Expr) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations_with_replacement
+from operator import call
 
 import numpy as np
 import sympy as sp
@@ -16,16 +17,15 @@ from crosscheck.analytic.derivation.forms import Form, christoffel_bias
 from crosscheck.analytic.derivation.symbols import parameter_values, stage_symbols
 from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.energies import JOINTS, build_energies_form
-from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
+from crosscheck.analytic.paper.mesh_frequency import ring_behind_sun, sun_lag
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata import differences
 from crosscheck.audit.errata.erratum import (
     Erratum,
-    ModelFactory,
-    PaperModelFactory,
+    PaperSide,
+    Side,
     compute_effect,
-    run_model,
     tex,
     write_sides,
 )
@@ -78,10 +78,10 @@ def find_ring_rate_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
         )
 
 
-def _switch_trial(arm: Arm, *laws: tuple[str, str]) -> tuple[ModelFactory, ModelFactory]:
+def _switch_trial(arm: Arm, *laws: tuple[str, str]) -> tuple[Side, Side]:
     """The physical model under two laws: of the mesh phase, and of the ring's rate."""
     printed, right = (
-        PaperModelFactory(arm, chosen=switches(phase=phase, ring_rate=rate)) for phase, rate in laws
+        PaperSide(arm, chosen=switches(phase=phase, ring_rate=rate)) for phase, rate in laws
     )
     return printed, right
 
@@ -131,7 +131,7 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             " since z_p is even",
             size=behind,
             unit="cycles between sun and ring mesh",
-            trial=(PaperModelFactory(arm), PaperModelFactory(phased)),
+            trial=(PaperSide(arm), PaperSide(phased)),
         )
 
 
@@ -219,7 +219,7 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
             derived_tex=tex(difference.derived),
             size=size,
             unit=unit,
-            trial=(PaperModelFactory(arm, printed), PaperModelFactory(arm, corrected_form)),
+            trial=(PaperSide(arm, printed), PaperSide(arm, corrected_form)),
             denies=(CLAIMS_ON_ENTRIES[difference.matrix],),
         )
 
@@ -281,7 +281,7 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
             size=size,
             unit=unit,
             others=dict(others),
-            trial=(PaperModelFactory(arm, form), PaperModelFactory(arm, corrected_form)),
+            trial=(PaperSide(arm, form), PaperSide(arm, corrected_form)),
             denies=("2.4-01",),
         )
 
@@ -304,7 +304,7 @@ def simulate_errata(
 
     ``progress`` hears of each trial.
     """
-    simulated_errata, run = [], cache(run_model)
+    simulated_errata, run = [], cache(call)
     for erratum in find_errata(arm):
         progress(erratum.id)
         effects = {

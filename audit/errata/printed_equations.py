@@ -12,7 +12,7 @@ from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.paper.energies import build_energies_form
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata.differences import Matrix
-from crosscheck.audit.errata.erratum import PaperModelFactory, run_model
+from crosscheck.audit.errata.erratum import PaperSide
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks import forms
@@ -87,8 +87,8 @@ class PrintedEquationsQuestion(Question[EngineComparison]):
             full_scenario = load_scenario(name)
             duration_s = min(full_scenario.duration_s, self.longest_s)
             scenario = full_scenario.model_copy(update={"duration_s": duration_s})
-            sides = PaperModelFactory(arm, build_printed_form()), PaperModelFactory(arm)
-            printed, derived = (run_model(side, scenario) for side in sides)
+            sides = PaperSide(arm, build_printed_form()), PaperSide(arm)
+            printed, derived = (side(scenario) for side in sides)
             sizes = (largest_difference(printed, derived, each) for each in ("theta", "F_sp"))
             runs[name] = RunDifferences(duration_s, *sizes)
         return EngineComparison(mass, acceleration, COUNT, runs)
@@ -126,12 +126,12 @@ class PlantedFaultQuestion(Question[list[float | None]]):
 
     def answer(self) -> list[float | None]:
         arm, scenario, clean = load_arm(self.arm), load_scenario(SCENARIO), build_energies_form()
-        reference = run_model(PaperModelFactory(arm, clean), scenario)
+        reference = PaperSide(arm, clean)(scenario)
         changes = list[float | None]()
         for matrix, entry in nonzero_entries(clean):
-            side = PaperModelFactory(arm, remove_entry(clean, matrix, entry))
+            side = PaperSide(arm, remove_entry(clean, matrix, entry))
             try:
-                changes.append(largest_difference(reference, run_model(side, scenario), "theta"))
+                changes.append(largest_difference(reference, side(scenario), "theta"))
             except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more
                 changes.append(None)
         return changes

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from crosscheck.audit.experiments.pd import measure_transient_pd, measure_whole_
 from crosscheck.audit.experiments.study import Question, Records, Study, raise_if_diverged
 from crosscheck.audit.experiments.torque import measure_back_and_forth, measure_constant_torque
 from crosscheck.audit.experiments.variant import (
-    COUPLED,
+    PERTURBATION_M,
     Numbers,
     Variant,
     perturb_start,
@@ -30,7 +30,6 @@ from crosscheck.audit.experiments.variant import (
 from crosscheck.audit.measures.run_signals import RunSignals, extract_signals, simulate_signals
 from crosscheck.models.errors import Diverged
 from crosscheck.models.interface import Model
-from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import RIGID_LEVELS, build, get_entry
 
@@ -41,6 +40,8 @@ ALIKE = 1e-3  # relative: starts that agree so well have grown their 1e-12 m by 
 PERTURBATION_ITSELF = ("planets_apart_m", "force_at_start_N")
 ResultT = TypeVar("ResultT")
 RIGID_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
+SHORT_S = 1.2  # Fig. 14's length
+SLOW_RECORD_S = 1e-4  # constant torque and back and forth: nothing fast decides there
 RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mode
 
 
@@ -69,7 +70,7 @@ class EnsembleQuestion(Question[ResultT]):
         return (self.variant.model,)
 
     def records(self) -> Records:
-        return self.case()
+        return self.variant.case()
 
     @property
     def cost(self) -> float:
@@ -77,14 +78,31 @@ class EnsembleQuestion(Question[ResultT]):
         steps, entry = self.variant.case().scenario.steps, get_entry(self.variant.model)
         return len(self.seeds) * steps * entry.call_s / entry.abreast
 
-    def case(self) -> Case:
-        """The arm, scenario and switches that are run, before the start is perturbed."""
-        return self.variant.case()
+
+@dataclass(frozen=True)
+class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
+    """A question: numbers of whole runs of a kind from every start, beside rigid arms.
+
+    runs: one of RUNS; apart_m: by how much at most every mesh starts elsewhere.
+    """
+
+    runs: str = "transient"
+    apart_m: float = PERTURBATION_M
+
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """Names of the models of the runs and of the rigid arms beside them."""
+        return (*super().model_names, *(rigid.model for rigid in self.rigid_variants))
+
+    @property
+    def rigid_variants(self) -> Sequence[Variant]:
+        """The variants of the rigid arms that the runs are compared with."""
+        return RUNS[self.runs].find_rigid(self.variant)
 
     def models(self, seeds: Sequence[int]) -> Sequence[Model]:
         """Models that run from the starts with these seeds."""
-        case = self.case()
-        cases = [perturb_start(case, seed) for seed in seeds]
+        case = self.variant.case()
+        cases = [perturb_start(case, seed, self.apart_m) for seed in seeds]
         model = build(self.variant.model, *case)
         if not isinstance(model, AnalyticModel):
             return [build(self.variant.model, *each) for each in cases]
@@ -95,18 +113,6 @@ class EnsembleQuestion(Question[ResultT]):
             restarted.append(other)
         return restarted
 
-
-class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
-    """A question: numbers of whole runs from every start, each beside rigid arms at some levels."""
-
-    levels: ClassVar[Sequence[str]] = (COUPLED,)
-    measure: ClassVar[Callable[..., Numbers]]
-
-    @property
-    def model_names(self) -> tuple[str, ...]:
-        """Names of the models of the runs and of the rigid arms beside them."""
-        return (*super().model_names, *(rigid.model for rigid in self.rigid_variants()))
-
     def answer(self) -> EnsembleNumbers:
         starts = self._measure_starts(self.seeds[:FIRST])
         if len(self.seeds) > FIRST and not are_alike(collect_numbers(starts, len(starts))):
@@ -116,16 +122,13 @@ class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
     def _measure_starts(self, seeds: Sequence[int]) -> list[Numbers | Diverged]:
         """Numbers of all starts with these seeds, each of which is run."""
         models, starts = self.models(seeds), list[Numbers | Diverged]()
-        times = recorded_times(self.case().scenario)
-        rigid = [rigid_course(each).at(times) for each in self.rigid_variants()]
+        measure = RUNS[self.runs].measure
+        times = recorded_times(self.variant.case().scenario)
+        rigid = [rigid_course(each).at(times) for each in self.rigid_variants]
         for first in range(0, len(models), AT_ONCE):
             for run in run_side_by_side(models[first : first + AT_ONCE]):
-                starts.append(run if isinstance(run, Diverged) else type(self).measure(run, *rigid))
+                starts.append(run if isinstance(run, Diverged) else measure(run, *rigid))
         return starts
-
-    def rigid_variants(self) -> tuple[Variant, ...]:
-        """The variants of the rigid arms that the runs are compared with."""
-        return tuple(rigid_arm(self.variant, level) for level in self.levels)
 
 
 def collect_numbers(starts: Sequence[Numbers | Diverged], count: int) -> EnsembleNumbers:
@@ -158,38 +161,45 @@ def are_alike(ensemble_numbers: EnsembleNumbers) -> bool:
     return True
 
 
-class TransientPdQuestion(EnsembleNumbersQuestion):
-    """A question: numbers of the PD run, as long as its variant has it."""
-
-    measure = staticmethod(measure_transient_pd)
-
-
-class WholePdQuestion(EnsembleNumbersQuestion):
-    """A question: numbers of all 3 s of the PD run."""
-
-    measure = staticmethod(measure_whole_pd)
+def find_coupled_arm(variant: Variant) -> Sequence[Variant]:
+    """The rigid arm with all that gears bring along."""
+    return [rigid_arm(variant)]
 
 
-class ConstantTorqueQuestion(EnsembleNumbersQuestion):
-    """A question: numbers of the run under constant torque, beside every rigid level."""
-
-    levels = RIGID_LEVELS
-    measure = staticmethod(measure_constant_torque)
+def find_all_levels(variant: Variant) -> Sequence[Variant]:
+    """The rigid arm at every level."""
+    return [rigid_arm(variant, level) for level in RIGID_LEVELS]
 
 
-class SwingQuestion(EnsembleNumbersQuestion):
-    """A question: numbers of the run in which both joints are driven back and forth.
+def find_shifted_pair(variant: Variant) -> Sequence[Variant]:
+    """The rigid arm at the geared one's step, and another that starts a little away.
 
-    The rigid arm runs at the geared one's step: its torque's infinite slope at t = 0 then costs
-    both the same and drops out. A second one starts a little away.
+    The torque's infinite slope at t = 0 then costs geared and rigid arm the same and drops out.
+    """
+    rigid = remove_gears(variant)
+    shift = f"scenario.start.theta_rad={RIGID_SHIFT_RAD!r}"
+    return rigid, replace(rigid, settings=(*rigid.settings, shift))
+
+
+class RunKind(NamedTuple):
+    """How experiments are run and measured, and beside which rigid arms.
+
+    duration_s: None for the scenario's own.
     """
 
-    measure = staticmethod(measure_back_and_forth)
+    scenario: str
+    measure: Callable[..., Numbers]
+    find_rigid: Callable[[Variant], Sequence[Variant]] = find_coupled_arm
+    duration_s: float | None = None
+    record_s: float = SLOW_RECORD_S
 
-    def rigid_variants(self) -> tuple[Variant, ...]:
-        rigid = remove_gears(self.variant)
-        shift = f"scenario.start.theta_rad={RIGID_SHIFT_RAD!r}"
-        return rigid, replace(rigid, settings=(*rigid.settings, shift))
+
+RUNS = {
+    "transient": RunKind("pd", measure_transient_pd, duration_s=SHORT_S, record_s=RECORDED_S),
+    "whole": RunKind("pd", measure_whole_pd, record_s=RECORDED_S),
+    "torque": RunKind("constant-torque", measure_constant_torque, find_all_levels),
+    "swing": RunKind("back-and-forth", measure_back_and_forth, find_shifted_pair),
+}
 
 
 @lru_cache(maxsize=16)

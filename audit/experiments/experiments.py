@@ -10,8 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import TypeAdapter
 
-from crosscheck.audit.experiments import ensembles
-from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
+from crosscheck.audit.experiments.ensembles import RUNS, EnsembleNumbersQuestion
 from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.judging.quantities import MeasuredExperiment
@@ -19,29 +18,10 @@ from crosscheck.models.files import read_toml
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
 
-SHORT_S = 1.2  # Fig. 14's length
-SLOW_RECORD_S = 1e-4  # constant torque and back and forth: nothing fast decides there
 DEFAULT_B_UM, DEFAULT_E_UM = 50.0, 5.0
 WIDE_M = 3e-3
 CHAOTIC_UM = 1000.0  # a clearance with which Section 4.1 calls the fluctuation chaotic
 INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
-
-
-class RunKind(NamedTuple):
-    """How experiments are run and measured; duration_s: None for the scenario's own."""
-
-    question_class: type[EnsembleQuestion[EnsembleNumbers]]
-    scenario: str
-    duration_s: float | None = None
-    record_s: float = SLOW_RECORD_S
-
-
-RUNS = {
-    "transient": RunKind(ensembles.TransientPdQuestion, "pd", SHORT_S, ensembles.RECORDED_S),
-    "whole": RunKind(ensembles.WholePdQuestion, "pd", record_s=ensembles.RECORDED_S),
-    "torque": RunKind(ensembles.ConstantTorqueQuestion, "constant-torque"),
-    "swing": RunKind(ensembles.SwingQuestion, "back-and-forth"),
-}
 
 
 @dataclass(frozen=True)
@@ -130,7 +110,7 @@ def find_experiment(name: str) -> PaperExperiment:
 
 def build_question(
     experiment: PaperExperiment, condition: Condition, seeds: tuple[int, ...]
-) -> EnsembleQuestion[EnsembleNumbers]:
+) -> EnsembleNumbersQuestion:
     """The experiment in a setting, as a question. Raises KeyError for one that has no run."""
     run = RUNS[experiment.runs]
     plain = condition.variant(run.scenario)
@@ -144,9 +124,9 @@ def build_question(
         settings=experiment.settings,
         harmonics=experiment.harmonics,
     )
-    return run.question_class(
-        make_preloaded_variant(variant) if experiment.preloaded else variant, seeds
-    )
+    if experiment.preloaded:
+        variant = make_preloaded_variant(variant)
+    return EnsembleNumbersQuestion(variant, seeds, experiment.runs)
 
 
 def make_preloaded_variant(variant: Variant) -> Variant:

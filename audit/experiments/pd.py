@@ -50,9 +50,7 @@ class _Fluctuations:
 
     @cached_property
     def third_window(self) -> slice:
-        return events.third_window_after_changes(
-            self.run.time, self.run.F_sp, self.run.F_outer[:, 0]
-        )
+        return events.third_window(self.run.time, self.run.F_sp, self.run.F_outer[:, 0])
 
     @cached_property
     def peak_window(self) -> slice:

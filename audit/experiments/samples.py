@@ -41,10 +41,6 @@ class Scale:
         """A duration [s], cut to longest_s."""
         return min(duration_s, self.longest_s)
 
-    def limit_starts(self, count: int) -> int:
-        """A number of starts, cut to most_starts."""
-        return min(count, self.most_starts)
-
     def cut(self, variant: Variant) -> Variant:
         """The variant with its run cut to longest_s."""
         if math.isinf(self.longest_s):

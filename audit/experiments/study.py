@@ -41,6 +41,11 @@ class Question(ABC, Generic[Answer]):
     def cost(self) -> float: ...
 
     @property
+    def key(self) -> str:
+        """The key of the answer."""
+        return question_key(self)
+
+    @property
     def model_names(self) -> tuple[str, ...]:
         """Names of the models that the question runs and its module does not import."""
         return ()
@@ -56,6 +61,13 @@ class Question(ABC, Generic[Answer]):
 
     @abstractmethod
     def answer(self) -> Answer: ...
+
+    def perform(self) -> bytes | InputError | Diverged:
+        """The answer's content, as of a task for another process, or the caller's own error."""
+        try:
+            return self.encode(self.answer())
+        except (InputError, Diverged) as error:
+            return error
 
     def encode(self, answer: Any) -> bytes:
         """The answer as it is kept."""
@@ -97,7 +109,7 @@ class Study:
 
         Raises what went wrong after all others are kept; a divergence last of all.
         """
-        keys = [question_key(question) for question in questions]
+        keys = [question.key for question in questions]
         question_by_key = dict(zip(keys, questions, strict=True))
         answers: dict[str, Value | Diverged] = {}
         for key, question in question_by_key.items():
@@ -106,7 +118,7 @@ class Study:
         self.cached_count += len(answers)
         done, total = len(answers), len(question_by_key)
         self.progress(label, done, total)
-        tasks = [QuestionTask(k, q) for k, q in question_by_key.items() if k not in answers]
+        tasks = [q for k, q in question_by_key.items() if k not in answers]
         errors = list[Exception]()
         with Workers(min(self.jobs, len(tasks))) as workers:
             for key, result in workers.stream_longest_first(tasks):
@@ -163,23 +175,3 @@ def raise_if_diverged(result: Value | Diverged) -> Value:
     if isinstance(result, Diverged):
         raise result
     return result
-
-
-@dataclass(frozen=True)
-class QuestionTask:
-    """A question for another process; key: its answer's."""
-
-    key: str
-    question: Question[Any]
-
-    @property
-    def cost(self) -> float:
-        """Estimated cost [s]."""
-        return self.question.cost
-
-    def perform(self) -> bytes | InputError | Diverged:
-        """The answer's content, or the caller's own error as it is."""
-        try:
-            return self.question.encode(self.question.answer())
-        except (InputError, Diverged) as error:
-            return error

@@ -8,12 +8,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
-import xarray as xr
-
 from crosscheck.models.arm.meshes import replace_by_square_wave, replace_damping
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
-from crosscheck.registry import build
 from crosscheck.studies.members.cases import perturb_scenario
 
 Planets = Literal["lumped", "free"]
@@ -88,11 +85,6 @@ def _case(variant: Variant, *files: tuple[int, ...] | None) -> Case:
     if variant.harmonics:
         case = case._replace(arm=replace_by_square_wave(case.arm, variant.harmonics))
     return case if variant.seed is None else perturb_start(case, variant.seed)
-
-
-def simulate(variant: Variant) -> xr.Dataset:
-    """The variant's trajectory. Raises InputError and Diverged."""
-    return build(variant.model, *variant.case()).simulate()
 
 
 COUPLED = "coupled"  # the level with all that the gears bring along rigidly

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.mesh_force import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.stiffness import (
     fundamental_stiffness,
     square_wave,

@@ -145,7 +145,7 @@ def find_spectrum(run: RunSignals, rigid: RunSignals, joint: int) -> tuple[np.nd
     Of the part of the run that the claims' numbers look at; of every bin of the drawing the
     largest amplitude.
     """
-    third = events.third_window_after_changes(run.time, run.F_sp, run.F_outer[:, 0])
+    third = events.third_window(run.time, run.F_sp, run.F_outer[:, 0])
     if not run.time[third].size:
         return np.empty(0), np.empty(0)
     excess = run.theta_ddot - rigid.at(run.time).theta_ddot

@@ -62,7 +62,7 @@ class ClockTest(EnsembleQuestion[list[DelayResult]]):
     """A question: what a variant, run from rest, makes of every delay of CLOCKS_S."""
 
     def answer(self) -> list[DelayResult]:
-        models = [PhysicalModel(*perturb_start(self.case(), seed)) for seed in self.seeds]
+        models = [PhysicalModel(*perturb_start(self.variant.case(), seed)) for seed in self.seeds]
         theta = models[0].layout.theta[0]
         runs = [simulate_motion(models, clock).a[:, theta] for clock in CLOCKS_S]
         elapsed, rigid = recorded_times(models[0].scenario), rigid_course(rigid_arm(self.variant))
@@ -112,7 +112,7 @@ class ClockTestResult:
 
 def run_clock_test(study: Study, scale: Scale) -> ClockTestResult:
     """The clock test: runs from rest with the clock at 0, 1, 5 and 20 s."""
-    seeds = scale.seeds[: scale.limit_starts(RUN_STARTS)]
+    seeds = scale.seeds[:RUN_STARTS]
     run_s, questions = scale.limit_duration(RUN_S), {}
     for law in LAWS:
         variant = Condition(law, RUN_ZETA).variant()

@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from crosscheck.audit.experiments.ensembles import TransientPdQuestion
-from crosscheck.audit.experiments.experiments import PD, SHORT_S, build_question
+from crosscheck.audit.experiments.experiments import PD, build_question
 from crosscheck.audit.experiments.paper_conditions import DECISIVE, Condition
 from crosscheck.audit.experiments.samples import Scale, build_sample, judge_third_fluctuation
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import perturb_start
 from crosscheck.audit.judging.rule import Answer, State
 from crosscheck.audit.measures.undefined import JsonObject, combine_answers
-from crosscheck.models.interface import Model
-from crosscheck.registry import build
 
 ENGINE = "exudyn:tree"
 STARTS = 16  # of Exudyn's: one costs some four seconds
 STARTS_UNDER_ANGLE = 2  # the analytic model's 32 do not differ there
-APART_M = 1e-9  # both models' meshes start by up to so much elsewhere, far above either's rounding
+# Both models' meshes start by up to so much elsewhere, far above either's rounding. Planets
+# separate only as fast as rounding lets them, and engines round differently: gear angles have
+# coarser last digits than displacements. So both have the same to begin with.
+APART_M = 1e-9
 
 
 @dataclass(frozen=True)
@@ -54,19 +53,6 @@ def is_third_fluctuation_in_engine(compared: Sequence[ModelComparison]) -> bool 
     return combine_answers([shown, *quiet])
 
 
-@dataclass(frozen=True)
-class PartedStartsQuestion(TransientPdQuestion):
-    """A question: numbers of ``transient`` from starts that differ by up to APART_M.
-
-    Planets separate only as fast as rounding lets them, and engines round differently: gear angles
-    have coarser last digits than displacements. From here on both have the same to begin with.
-    """
-
-    def models(self, seeds: Sequence[int]) -> Sequence[Model]:
-        case = self.case()
-        return [build(self.variant.model, *perturb_start(case, seed, APART_M)) for seed in seeds]
-
-
 def compare_engines(study: Study, scale: Scale) -> list[ModelComparison]:
     """The third fluctuations of many starts of both models, the same ones.
 
@@ -74,19 +60,23 @@ def compare_engines(study: Study, scale: Scale) -> list[ModelComparison]:
     """
     under_angle = [replace(cell, law=cell.law._replace(phase="angle")) for cell in DECISIVE]
     counts = dict.fromkeys(DECISIVE, STARTS) | dict.fromkeys(under_angle, STARTS_UNDER_ANGLE)
-    variants = {
-        cell: scale.cut(replace(build_question(PD, cell, ()).variant, duration_s=SHORT_S))
-        for cell in counts
+    questions = {
+        cell: replace(question, variant=scale.cut(question.variant), apart_m=APART_M)
+        for cell, question in ((cell, build_question(PD, cell, scale.seeds)) for cell in counts)
     }
     analytic = study.answer_by_key(
-        {cell: PartedStartsQuestion(variant, scale.seeds) for cell, variant in variants.items()},
+        questions,
         "second engine: analytic starts",
     )
     engine = study.answer_by_key(
         {
-            (cell, seed): PartedStartsQuestion(replace(variants[cell], model=ENGINE), (seed,))
+            (cell, seed): replace(
+                questions[cell],
+                variant=replace(questions[cell].variant, model=ENGINE),
+                seeds=(seed,),
+            )
             for cell, count in counts.items()
-            for seed in scale.seeds[: scale.limit_starts(count)]
+            for seed in scale.seeds[:count]
         },
         "second engine: Exudyn",
     )

@@ -33,14 +33,6 @@ class SideChange(NamedTuple):
     met_s: float
 
 
-def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
-    """The samples of the third fluctuation, without a late side change's impact."""
-    begin, end = THIRD_S
-    if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
-        begin = max(begin, side_s + IMPACT_S)
-    return signals.window(time, begin, end)
-
-
 def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
     """The samples of PEAK_S around the largest excess in a window that is not empty."""
     inside = time[window]
@@ -68,14 +60,17 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     return SideChange(float(time[held[-1]]) if held.size else np.nan, met)
 
 
-def third_window_after_changes(time: np.ndarray, *forces: np.ndarray) -> slice:
-    """The third fluctuation's samples once none of these sun meshes' side changes plays a part.
+def third_window(time: np.ndarray, *forces: np.ndarray) -> slice:
+    """The third fluctuation's samples once no impact of these sun meshes' side changes is left.
 
     With a wide clearance the teeth's way takes long, the elbow's longer than the shoulder's.
     """
     changes = [side_change(time, force) for force in forces]
-    met = [side.met_s for side in changes if side is not None]
-    return third_window(time, max(met, default=None))
+    met_s = max((side.met_s for side in changes if side is not None), default=-np.inf)
+    begin, end = THIRD_S
+    if met_s + IMPACT_S < end - PEAK_S:
+        begin = max(begin, met_s + IMPACT_S)
+    return signals.window(time, begin, end)
 
 
 def bounce_duration(time: np.ndarray, force: np.ndarray, met_s: float) -> float:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from crosscheck.analytic.ensemble import Chunk, Group, group_models
+from crosscheck.analytic.ensemble import Group, RunChunk, group_models
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
@@ -84,7 +84,7 @@ def simulate_signals(models: Sequence[AnalyticModel]) -> list[RunSignals | Diver
     return [results[place] for place in range(len(models))]
 
 
-def _simulate_group(group: Group) -> list[RunSignals | Diverged]:
+def _simulate_group(group: Group[AnalyticModel]) -> list[RunSignals | Diverged]:
     """Courses of models that are stepped side by side, in the group's order."""
     time = recorded_times(group.models[0].scenario)
     geared = bool(group.models[0].layout.mesh_joints)
@@ -114,7 +114,7 @@ def _simulate_group(group: Group) -> list[RunSignals | Diverged]:
     return results
 
 
-def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
+def _signals(chunk: RunChunk, geared: bool) -> list[np.ndarray]:
     """Signals of a chunk, those of the joints without torques.
 
     The joints' (records, joints, members), the shoulder's first meshes' (records, members), and

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.kinematics import StageGeometry, gear_angles, mesh_displacements
-from crosscheck.analytic.paper.mesh_force import EXACT, mesh_force
+from crosscheck.analytic.paper.mesh_force import EXACT, dead_zone, dead_zone_tanh, mesh_force
 from crosscheck.analytic.paper.mesh_frequency import (
     meshing_frequency,
     ring_mesh_rate,

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from crosscheck.analytic.model import AnalyticModel
+from crosscheck.analytic.paper.mesh_force import total_error
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
-from crosscheck.analytic.paper.tooth_error import total_error
 
 NEAR = 1e-13  # of a step: how closely the end of one is brought to a contact change
 ROUNDING = 1e-12  # of the time between two records: what is left of it is no step

@@ -14,8 +14,7 @@ from crosscheck.analytic.derivation.gears import damping
 from crosscheck.analytic.derivation.stage import equivalent_masses, stage_values
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.mesh_frequency import mesh_phases, ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
 from crosscheck.mechanisms import supply

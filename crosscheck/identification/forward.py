@@ -154,7 +154,7 @@ def _run_cases(
     cases: Sequence[RunRequest], clock: np.ndarray, steps: int
 ) -> list[np.ndarray | None]:
     """Positions (rows, n) at the record's rows, of each case; None where a run diverges."""
-    from crosscheck.analytic.robot.ensemble import group_robots
+    from crosscheck.analytic.ensemble import group_models
     from crosscheck.analytic.robot.runs import RobotMember
 
     duration, rest, members = float(clock[-1]), make_rest_scenario(), []
@@ -168,7 +168,7 @@ def _run_cases(
         members.append(RobotMember(level.robot, level.level, scenario))
     paths: list[np.ndarray | None] = [None] * len(cases)
     free = len(cases[0][0].robot.coordinates)
-    for group in group_robots(members):
+    for group in group_models(members):
         chunks = list(group.chunks())
         times = np.concatenate([chunk.time for chunk in chunks])
         at = np.minimum(clock, times[-1])

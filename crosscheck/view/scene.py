@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_force import total_error
 from crosscheck.analytic.paper.mesh_frequency import (
     ANGLE,
     OMEGA_T,
     mesh_phase,
+    mesh_phases,
     ring_mesh_rate,
     sun_mesh_rate,
 )
-from crosscheck.analytic.paper.mesh_phasing import mesh_phases
-from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.robot.robot import BASE

@@ -5,6 +5,7 @@ import re
 from dataclasses import asdict, replace
 from functools import cache
 from itertools import product
+from operator import call
 
 import numpy as np
 import pytest
@@ -18,9 +19,9 @@ from crosscheck.analytic.derivation.forms import Form, mass_matrix
 from crosscheck.analytic.derivation.lagrange import build_mass_terms
 from crosscheck.analytic.derivation.symbols import build_symbolic_chain
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.analytic.paper.energies import build_energies_form, kinetic_energies
 from crosscheck.analytic.paper.kinematics import gear_angles
+from crosscheck.analytic.paper.mesh_force import dead_zone_tanh
 from crosscheck.analytic.paper.mesh_frequency import meshing_frequency
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import build_printed_form
@@ -33,7 +34,7 @@ from crosscheck.audit.errata.errata_texts import (
     list_sections,
     load_notes,
 )
-from crosscheck.audit.errata.erratum import Effect, Erratum, compute_effect, run_model, tex
+from crosscheck.audit.errata.erratum import Effect, Erratum, compute_effect, tex
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.statics.statics import tip_shift
 from crosscheck.models.errors import InputError
@@ -260,7 +261,7 @@ def test_other_arms_than_the_papers_and_stages_of_another_kind_are_refused():
 def test_every_simulated_effect_is_resolved(found):
     """Each error of an equation changes the mesh force in a PD run by more than rounding."""
     torque, pd = errata.load_effect_scenarios()
-    run = cache(run_model)  # many trials share a side
+    run = cache(call)  # many trials share a side
     short = pd.model_copy(update={"duration_s": 0.05})
     for erratum in found:
         if erratum.trial is not None:

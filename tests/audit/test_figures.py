@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.analytic.paper.backlash import dead_zone_tanh
+from crosscheck.analytic.paper.mesh_force import dead_zone_tanh
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.study_plan import AuditContext
@@ -22,7 +22,7 @@ from crosscheck.audit.experiments.experiments import (
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, perturb_start, simulate
+from crosscheck.audit.experiments.variant import Variant, perturb_start
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.chapter import (
     draw_figure_4,
@@ -40,6 +40,7 @@ from crosscheck.audit.figures.figure_data import (
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
 from tests.audit.published import BRIEF
+from tests.audit.runs import simulate
 
 pytestmark = pytest.mark.slow
 

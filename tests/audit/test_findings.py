@@ -16,6 +16,7 @@ from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.errata.printed_equations import PrintedEquationsQuestion
 from crosscheck.audit.experiments import paper_conditions
+from crosscheck.audit.experiments.ensembles import EnsembleNumbersQuestion
 from crosscheck.audit.experiments.experiments import BACK
 from crosscheck.audit.experiments.paper_conditions import (
     AS_MODELLED,
@@ -26,7 +27,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     READINGS,
     Condition,
 )
-from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.figure_data import ZETA
 from crosscheck.audit.findings import accumulation, clock, linear_limits
 from crosscheck.audit.findings.baselines import LABELS, BaselineFinding, compare_baselines
@@ -41,7 +42,6 @@ from crosscheck.audit.findings.clock import simulate_motion
 from crosscheck.audit.findings.engines import (
     APART_M,
     ModelComparison,
-    PartedStartsQuestion,
     is_third_fluctuation_in_engine,
 )
 from crosscheck.audit.findings.linear_limits import SUN, Point
@@ -53,6 +53,7 @@ from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import LAW_NAMES, render_template
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
+from tests.audit.runs import simulate
 from tests.audit.test_rule import third
 from tests.loops import require_items
 
@@ -289,7 +290,7 @@ def test_second_engine_supports_if_it_has_the_vibration_and_is_quiet_under_angle
 
 
 def test_both_models_start_with_planets_apart():
-    asked = PartedStartsQuestion(CELL.variant(), (1, 2))
+    asked = EnsembleNumbersQuestion(CELL.variant(), (1, 2), apart_m=APART_M)
     for model in require_items(asked.models((1, 2))):
         (q, _), at = model.start(), model.layout.at
         planets = [q[at("x_pr", 0, planet)] for planet in range(3)]

@@ -36,7 +36,6 @@ from crosscheck.audit.experiments.variant import (
     Variant,
     remove_gears,
     rigid_arm,
-    simulate,
 )
 from crosscheck.audit.figures.sweeps import find_spectrum
 from crosscheck.audit.measures import events
@@ -44,6 +43,7 @@ from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS, build
+from tests.audit.runs import simulate
 
 STEP_S = 5e-5
 TIME = np.arange(0, 3, STEP_S)

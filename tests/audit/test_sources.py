@@ -61,7 +61,7 @@ def test_every_engine_stands_for_itself(files):
     some_exudyn = {name for name, looked in files.items() if looked["counts"] & EXUDYN}
     assert exudyn == some_exudyn == {"exudyn run", "starts of exudyn"}
     # The measure runs the rigid arm, which nothing but a string names.
-    assert "analytic/derivation/rigid.py" in files["starts of exudyn"]["counts"]
+    assert "analytic/derivation/bodies.py" in files["starts of exudyn"]["counts"]
     assert "analytic/paper/printed.py" in files["printed run"]["counts"]
     assert "analytic/paper/printed.py" not in files["analytic run"]["counts"]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from crosscheck import signals
 from crosscheck.audit.experiments import experiments
-from crosscheck.audit.experiments.ensembles import EnsembleNumbers, TransientPdQuestion
+from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleNumbersQuestion
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
 from crosscheck.audit.experiments.paper_conditions import (
     CONSERVATIVE,
@@ -23,7 +23,7 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.pd import measure_transient_pd
 from crosscheck.audit.experiments.samples import FULL, Scale, build_sample, collect_samples
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import COUPLED, Variant, rigid_arm, simulate
+from crosscheck.audit.experiments.variant import COUPLED, Variant, rigid_arm
 from crosscheck.audit.measures.run_signals import (
     JOINT_SIGNALS,
     MESH_SIGNALS,
@@ -32,6 +32,7 @@ from crosscheck.audit.measures.run_signals import (
 )
 from crosscheck.audit.measures.undefined import UNDEFINED, combine_answers, format_number
 from crosscheck.registry import build
+from tests.audit.runs import simulate
 
 CLOCKED = Condition(PRINTED, 0.005)
 BRIEF_S = 0.02
@@ -45,7 +46,7 @@ def _brief(source, seeds=(1, 2, 3), cell=CLOCKED):
 @pytest.mark.parametrize("planets", ["free", "lumped"])
 def test_a_start_measures_what_its_run_alone_does(planets):
     """To rounding, for the kernel of one member adds in another order than that of lanes."""
-    asked = TransientPdQuestion(
+    asked = EnsembleNumbersQuestion(
         replace(_brief(experiments.NO_ERROR).variant, planets=planets), (4, 5, 6)
     )
     found = asked.answer()

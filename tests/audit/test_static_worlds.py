@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.analytic.paper.backlash import dead_zone
+from crosscheck.analytic.paper.mesh_force import dead_zone
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.analytic.paper.stiffness import square_wave_series

@@ -8,16 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments import study as study_module
 from crosscheck.audit.experiments.ensembles import SIGNALS, CoursesQuestion, simulate_courses
 from crosscheck.audit.experiments.study import Question, Records, Study, question_key
-from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
+from tests.abreast import run_models
+from tests.audit.runs import simulate
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 
@@ -81,8 +84,8 @@ def test_runs_side_by_side_are_those_that_run_alone():
     starts = [replace(SHORT, seed=seed, zeta=0.01 * seed) for seed in range(1, 11)]
     wild = replace(SHORT, meshes=("arm.joints.*.*_mesh.stiffness.mean_N_per_m=1e12",))
     beside = [*starts, wild, replace(starts[0], record_every=5)]
-    models = [build(variant.model, *variant.case()) for variant in beside]
-    *together, diverged, seldom = type(models[0]).simulate_together(models)
+    models = [PhysicalModel(*variant.case()) for variant in beside]
+    *together, diverged, seldom = run_models(models)
     assert isinstance(diverged, Diverged)
     for variant, found in zip([*starts, beside[-1]], [*together, seldom], strict=True):
         assert simulate(variant).identical(found)

@@ -33,8 +33,7 @@ read: set[Path] = set()
 def build_questions() -> dict[str, Any]:
     """Questions about the shortest runs; their modules are imported after numba is replaced."""
     from crosscheck.audit.errata.finder import ErrataQuestion
-    from crosscheck.audit.experiments import ensembles
-    from crosscheck.audit.experiments.ensembles import CoursesQuestion
+    from crosscheck.audit.experiments.ensembles import CoursesQuestion, EnsembleNumbersQuestion
     from crosscheck.audit.experiments.variant import Variant
     from crosscheck.audit.findings.clock import ClockTest
     from crosscheck.audit.statics.statics import Statics
@@ -47,8 +46,8 @@ def build_questions() -> dict[str, Any]:
         "printed run": CoursesQuestion((vary(model="analytic:printed"),)),
         "exudyn run": CoursesQuestion((vary(model="exudyn:tree"),)),
         "pinocchio run": CoursesQuestion((vary(model="pinocchio:coupled"),)),
-        "starts of exudyn": ensembles.TransientPdQuestion(exudyn, (1,)),
-        "back and forth beside rigid arms": ensembles.SwingQuestion(vary(), (1, 2)),
+        "starts of exudyn": EnsembleNumbersQuestion(exudyn, (1,)),
+        "back and forth beside rigid arms": EnsembleNumbersQuestion(vary(), (1, 2), "swing"),
         "errata": ErrataQuestion("paper-labelled", 1e-4),
         "statics": Statics("paper-labelled"),
         "clock test": ClockTest(vary(), (1,)),

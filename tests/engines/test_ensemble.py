@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.analytic import ensemble
-from crosscheck.analytic.ensemble import Group, group_models, run_model, run_models
+from crosscheck.analytic.ensemble import Group, group_models
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
@@ -18,6 +18,7 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, model_names
+from tests.abreast import run_models
 from tests.arms import random_arm
 from tests.mixed_arms import scenario as scenario_of
 
@@ -113,7 +114,7 @@ def test_chunks_of_any_size_make_the_same_run(models, right, monkeypatch):
 
 
 def test_a_member_is_the_run_alone_bit_for_bit(models, right):
-    assert same(run_model(models[0]), right[0])
+    assert same(models[0].simulate(), right[0])
 
 
 def test_groups_are_of_one_structure_and_grid(models):
@@ -187,7 +188,7 @@ def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
 def test_a_run_alone_that_diverges_says_when():
     wild = model_of("lumped", Member(5.0, 0.5, FAR_TOO_STIFF, 0.0))
     with pytest.raises(Diverged, match="diverged at t = "):
-        run_model(wild)
+        wild.simulate()
 
 
 @lru_cache
@@ -221,7 +222,7 @@ def test_members_under_unlike_tables_of_torques_keep_their_own():
     models = [model_of("lumped", members(1)[0], drive=drive) for drive in drives]
     first, turned, again = run_models(models)
     assert same(first, again)
-    assert same(turned, run_model(models[1]))
+    assert same(turned, models[1].simulate())
     ends = [run["torque"].values[-1, 0] for run in (first, turned)]  # three tenths of the way
     assert ends == pytest.approx([1.0 + 0.3 * 8.0, 1.0 - 0.3 * 10.0])
 

@@ -3,13 +3,15 @@
 from functools import lru_cache
 from typing import Literal
 
+import numpy as np
 import pytest
-import xarray as xr
 
 from crosscheck.analytic import ensemble, model
 from crosscheck.analytic.kernel import machine
+from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.errors import Diverged
+from tests.abreast import run_group
 
 Kernel = Literal["alone", "abreast", "terms"]
 PLACE = 2  # of the member that is looked at, among others
@@ -20,17 +22,18 @@ def choose(patch: pytest.MonkeyPatch, kernel: Kernel) -> None:
     if kernel == "terms":
         patch.setattr(AnalyticModel, "equations", AnalyticModel.term_equations)
     elif kernel == "abreast":
-        patch.setattr(model, "run_model", _abreast)
+        patch.setattr(model, "run_alone", _abreast)
         patch.setattr(ensemble, "CHUNK", 1)  # a record at a time
 
 
-def _abreast(member: AnalyticModel) -> xr.Dataset:
+def _abreast(member: AnalyticModel) -> Records:
     """Its run among others of its structure, whose arms and starts are not its own."""
     members = [neighbour(member, place) for place in range(PLACE)]
-    run = ensemble.run_models([*members, member])[PLACE]
-    if isinstance(run, Diverged):
-        raise run
-    return run
+    (group,) = ensemble.group_models([*members, member])
+    records = run_group(group)[PLACE]
+    if not np.isnan(group.diverged_s[PLACE]):
+        raise Diverged(member.name, float(group.diverged_s[PLACE]))
+    return records
 
 
 def neighbour(member: AnalyticModel, place: int) -> AnalyticModel:

@@ -6,15 +6,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck.analytic.paper import mesh_frequency
-from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.kinematics import gear_angles, mesh_displacements, stage_geometry
-from crosscheck.analytic.paper.mesh_force import EXACT, is_in_contact, mesh_force
+from crosscheck.analytic.paper.mesh_force import (
+    EXACT,
+    dead_zone,
+    dead_zone_tanh,
+    is_in_contact,
+    mesh_force,
+    tooth_error,
+    total_error,
+)
 from crosscheck.analytic.paper.stiffness import (
     fundamental_stiffness,
     square_wave,
     square_wave_series,
 )
-from crosscheck.analytic.paper.tooth_error import tooth_error, total_error
 from crosscheck.models.loading import load_arm
 
 JOINT = load_arm("paper-labelled").joints[0]

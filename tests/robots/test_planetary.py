@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from crosscheck.analytic.robot.ensemble import group_robots
+from crosscheck.analytic.ensemble import group_models
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.analytic.robot.springs import replace_stages_by_rotors
 from crosscheck.checks.robot_states import sample_states
@@ -101,7 +101,7 @@ def test_runs_of_unlike_planets_have_displacements_and_forces_of_each():
     ]
     gap = runs[0].x_pr.values[0, 0, :3] - np.array([2e-5, 1.1e-5, 2.8e-5])
     assert gap == pytest.approx([1e-6, 0.0, -1e-6], abs=1e-18)
-    (group,) = group_robots([RobotMember(own, "geared", scenario)])
+    (group,) = group_models([RobotMember(own, "geared", scenario)])
     chunks = list(group.chunks())
     for name in ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"):
         lanes = np.concatenate([getattr(chunk, name)[..., 0].copy() for chunk in chunks])

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from crosscheck.models.robot.case import read_robot_data
+from crosscheck.models.mechanism import read_robot_data
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.provenance import ROOT
 from tests.robots.chains import Solid, joint, link, urdf

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.analytic.robot.ensemble import group_robots
+from crosscheck.analytic.ensemble import group_models
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.api import simulate
 from crosscheck.cli.simulation import list_beyond_ranges
@@ -83,7 +83,7 @@ def test_members_side_by_side_have_every_signal_of_their_own_runs(level):
     scenarios = [experiment(), experiment(start=other)]
     names = ["theta", "theta_dot", "theta_ddot", "torque"]
     names += ["x_mesh", "x_mesh_dot", "F_mesh"] if level == "geared" else []
-    (group,) = group_robots([RobotMember(own, level, each) for each in scenarios])
+    (group,) = group_models([RobotMember(own, level, each) for each in scenarios])
     chunks = list(group.chunks())
     for lane, place in require_items(enumerate(group.members)):
         run = simulate(build(f"analytic:{level}", own, scenarios[place]))

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from crosscheck.api import simulate
 from crosscheck.cli.view import view_page
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.case import select_robot
+from crosscheck.models.mechanism import select_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.registry import build, build_robot_model

@@ -7,7 +7,7 @@ import pytest
 
 import crosscheck
 from crosscheck.api import simulate
-from crosscheck.models.robot.case import select_robot
+from crosscheck.models.mechanism import select_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build, engine_of, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check

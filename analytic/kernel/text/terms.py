@@ -185,9 +185,18 @@ def _remaining_forces(s: TermStructure, numbers: dict[str, int], begun: set[int]
     yield from (f"f{row} = 0.0" for row in range(s.size) if row not in begun)
 
 
-def entry_of_mass(s: TermStructure, row: int, column: int) -> str:
-    """The name of an entry of M, or 0."""
-    return f"M{row}_{column}" if any(e[:2] == (row, column) for e in s.mass) else "0.0"
+def name_results(s: TermStructure) -> dict[str, tuple[str, ...]]:
+    """Names of the entries of M, row by row, of bias, force and acceleration; 0 where none is."""
+    places = range(s.size)
+    in_mass, in_bias = {entry[:2] for entry in s.mass}, {entry[0] for entry in s.bias}
+    return {
+        "mass_matrix": tuple(
+            f"M{i}_{j}" if (i, j) in in_mass else "0.0" for i in places for j in places
+        ),
+        "bias": tuple(f"h{i}" if i in in_bias else "0.0" for i in places),
+        "force": tuple(f"f{i}" for i in places),
+        "acceleration": tuple(f"a_{x}" for x in s.coordinates),
+    }
 
 
 def _solve(s: TermStructure) -> Lines:

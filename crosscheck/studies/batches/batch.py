@@ -11,11 +11,12 @@ import numpy as np
 import xarray as xr
 
 from crosscheck import registry
+from crosscheck.analytic.ensemble import group_models
 from crosscheck.models.errors import Diverged
 from crosscheck.studies.definition.quantities import MESH_SIGNALS, SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.measures.observers import ChunkRecords, make_observer
-from crosscheck.studies.members.cases import MemberCase, group_cases
+from crosscheck.studies.members.cases import MemberCase
 from crosscheck.studies.members.members import PreparedStudy, load_study
 
 Numbers = dict[str, np.ndarray]  # arrays (members, *the column's shape) by column
@@ -30,7 +31,7 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     study = load_study(text)
     cases = list(study.cases(begin, end))
     numbers = _make_empty_numbers(study, len(cases))
-    for group in group_cases(cases, [case.make_model() for case in cases]):
+    for group in group_models([case.make_model() for case in cases]):
         members = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
             values_by_column = _observe_members(
@@ -68,7 +69,7 @@ def prepare_worker() -> None:
     The collector would go through a million objects of the libraries again and again (measured:
     5 %).
     """
-    import_module("crosscheck.analytic.robot.ensemble")
+    import_module("crosscheck.analytic.robot.runs")
     gc.freeze()
 
 

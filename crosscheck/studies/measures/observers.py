@@ -8,13 +8,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from crosscheck import signals
+from crosscheck.analytic.ensemble import group_models
 from crosscheck.mechanisms import supply
 from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.definition.functions import call_function
 from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
-from crosscheck.studies.members.cases import MemberCase, group_cases
+from crosscheck.studies.members.cases import MemberCase
 from crosscheck.studies.members.members import PreparedStudy
 
 STEP_RATIO = 10  # steps of the geared arm in one of the rigid arm, which is smooth
@@ -238,7 +239,7 @@ def simulate_rigid_angles(level: str, cases: Sequence[MemberCase]) -> tuple[np.n
         whose.append(places[key])
     scenario, joints = models[0].scenario, len(cases[0].planet_counts)
     angles = np.full((len(models), scenario.steps // scenario.stride + 1, joints), np.nan)
-    for group in group_cases(cases, models):
+    for group in group_models(models):
         theta = np.concatenate([chunk.theta for chunk in group.chunks()])
         alive = np.isnan(group.diverged_s)
         angles[np.array(group.members)[alive]] = np.moveaxis(theta, -1, 0)[alive]

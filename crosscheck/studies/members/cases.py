@@ -117,12 +117,6 @@ def build_case(
     return case
 
 
-def group_cases(cases: Sequence[MemberCase], models: Sequence[Any]) -> Sequence[Any]:
-    """Groups of the cases' models that run side by side."""
-    groups: Sequence[Any] = supply("group_members", cases[0].mechanism.section)(models)
-    return groups
-
-
 def read_arm(data: Raw, definition: Definition, scenario: Scenario, arm: Arm | None) -> MemberCase:
     """The case of a study's data; arm: where it is read already. Raises InputError."""
     arm = arm or validate_record(Arm, data["arm"], definition.mechanism)

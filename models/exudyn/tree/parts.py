@@ -63,7 +63,8 @@ def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
         theta = layout.at("theta", place)
         matrix[stage.link, theta] = 1
         if isinstance(joint, Planetary):
-            sun, planet, ring = _radii(joint)
+            wheels = joint.sun_teeth, joint.planet_teeth, joint.ring_teeth
+            sun, planet, ring = (base_radius(joint, teeth) for teeth in wheels)
             advance = layout.displacement("x_sp", place, 0) + layout.displacement("x_pr", place, 0)
             matrix[stage.driven] = advance / sun
             matrix[stage.driven, theta] = (sun + ring) / sun
@@ -71,12 +72,3 @@ def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
                 matrix[body] = -layout.displacement("x_pr", place, number) / planet
                 matrix[body, theta] = -ring / planet
     return matrix
-
-
-def _radii(joint: Planetary) -> tuple[float, float, float]:
-    """Base radii of sun, planet and ring [m]."""
-    sun, planet, ring = (
-        base_radius(joint, teeth)
-        for teeth in (joint.sun_teeth, joint.planet_teeth, joint.ring_teeth)
-    )
-    return sun, planet, ring

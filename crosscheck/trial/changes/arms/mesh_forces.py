@@ -10,10 +10,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from crosscheck.analytic.derivation.gears import build_gears
-from crosscheck.analytic.paper.mesh_force import is_in_contact, mesh_force, phase_force
+from crosscheck.analytic.paper.mesh_force import is_in_contact, mesh_force, phase_force, total_error
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
-from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh

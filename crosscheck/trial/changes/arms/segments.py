@@ -15,11 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import Body, build_bodies
+from crosscheck.analytic.derivation.bodies import Body, build_bodies, rigid_bodies
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
 from crosscheck.analytic.derivation.lagrange import build_mass_terms, build_weight_terms
-from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
