@@ -31,8 +31,6 @@ from crosscheck.runner.workers import Workers
 if TYPE_CHECKING:
     import xarray as xr
 
-OutcomeCallback = Callable[[Any, Any], None]  # (a task's key, its outcome)
-
 
 @dataclass(frozen=True)
 class CrossCheck:
@@ -55,19 +53,18 @@ def run_cross_check(
     jobs: int,
     progress: ProgressCallback = ignore_progress,
     on_warning: Callable[[str], None] = lambda line: None,
-    on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> CrossCheck:
     """Run every check on an arm or robot; ``on_warning`` receives warnings before they run.
 
-    on_outcome: is called with each task's outcome while others still run. Raises InputError for an
-    arm, robot or scenarios that cannot be run, and Unfinished where they could not be prepared.
+    Raises InputError for an arm, robot or scenarios that cannot be run, and Unfinished where they
+    could not be prepared.
     """
     with Workers(jobs) as workers:
         progress("preparing the experiments")
         plan: Plan = supply("plan", request.mechanism.section)(request, workers)
         for line in plan.remarks:
             on_warning(line)
-        results = run_tasks(workers, collect_tasks(plan.comparisons), progress, on_outcome)
+        results = run_tasks(workers, collect_tasks(plan.comparisons), progress)
     progress("comparing")
     findings = list(judge_comparisons(plan.comparisons, results))
     settings = request.scenarios, request.chosen, plan.remarks
@@ -78,13 +75,8 @@ def run_cross_check(
     return CrossCheck(request, agreement, cases_by_run(plan.comparisons), runs_by_key(results))
 
 
-def run_tasks(
-    workers: Workers,
-    tasks: Sequence[ModelTask],
-    progress: ProgressCallback,
-    on_outcome: OutcomeCallback = lambda key, outcome: None,
-) -> Results:
-    """The Results of all tasks. on_outcome: is called with each task's key and outcome."""
+def run_tasks(workers: Workers, tasks: Sequence[ModelTask], progress: ProgressCallback) -> Results:
+    """The Results of all tasks."""
     estimate, outcomes = TimeEstimate(tasks, workers.jobs), dict[Any, Any]()
 
     def report_begin(key: Any) -> None:
@@ -93,7 +85,6 @@ def run_tasks(
     for key, outcome in workers.stream_longest_first(tasks, report_begin):
         outcomes[key] = outcome
         estimate.finish(key)
-        on_outcome(key, outcome)
     return Results(outcomes)
 
 

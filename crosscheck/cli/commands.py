@@ -23,7 +23,7 @@ from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
 from crosscheck.models.errors import make_printable
 from crosscheck.models.loading import load_selection
 from crosscheck.models.mechanism import select_mechanism
-from crosscheck.output import require_files, write_files
+from crosscheck.output import require_files
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count
@@ -34,7 +34,7 @@ from crosscheck.report.terminal import (
     print_changed,
     print_report_summary,
 )
-from crosscheck.run import CrossCheck, OutcomeCallback, run_cross_check
+from crosscheck.run import CrossCheck, run_cross_check
 from crosscheck.runner.progress import QUIET_S, show_progress
 
 STDERR = Console(stderr=True)
@@ -51,33 +51,21 @@ def make_request(
 
 def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print its summary; returns the exit code."""
-    from crosscheck.report.plots.charts import Charts
+    require_files((out / "index.html", PAGE), (out / "agreement.json", AGREEMENT))
+    result = run_with_progress(chosen, jobs)
+    from crosscheck.report.html import write_report  # Matplotlib would delay the simulations
 
-    files = out / "index.html", out / "agreement.json"
-    require_files(*zip(files, (PAGE, AGREEMENT), strict=True))
-    charts = Charts()
-    result = run_with_progress(chosen, jobs, charts.show)
-    from crosscheck.report.html import (
-        render_report_page,  # imports Matplotlib, which would delay the simulations
-    )
-
-    page = render_report_page(result, charts.build_pictures())
-    data = format_agreement_json(result.agreement, result.mechanism)
-    write_files(dict(zip(files, (page, data), strict=True)))
+    page, data = write_report(result, out)
     print_report_summary(result.agreement, result.mechanism)
-    print(f"wrote {files[0]} and {files[1]}")
+    print(f"wrote {page} and {data}")
     return result.agreement.exit_code
 
 
-def run_with_progress(
-    chosen: CrossCheckRequest, jobs: int, on_outcome: OutcomeCallback = lambda key, outcome: None
-) -> CrossCheck:
+def run_with_progress(chosen: CrossCheckRequest, jobs: int) -> CrossCheck:
     """Cross-check an arm, showing progress and warnings."""
     about = f"cross-checking {make_printable(chosen.name)}"
     with show_progress(about, QUIET_S if chosen.quick else 0.0) as progress:
-        return run_cross_check(
-            chosen, jobs=jobs, progress=progress, on_warning=_print_warning, on_outcome=on_outcome
-        )
+        return run_cross_check(chosen, jobs=jobs, progress=progress, on_warning=_print_warning)
 
 
 def _print_warning(line: str) -> None:

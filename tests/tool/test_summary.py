@@ -13,8 +13,9 @@ import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.report import html
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
-from crosscheck.report.plots.charts import Charts
+from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.rendering import keep_minus
 from crosscheck.run import CrossCheck
 from crosscheck.trial.arms.entry_notes import describe_point_masses, describe_unfollowed
@@ -126,10 +127,10 @@ def test_a_cross_check_writes_what_the_command_writes(labelled, tmp_path, monkey
     other = replace(next(iter(invented.runs)), model="exudyn:tree")
     invented = replace(invented, runs={**invented.runs, other: run.copy()})
     monkeypatch.setattr("crosscheck.run.run_cross_check", lambda request, jobs: invented)
-    drawn = list[tuple[object, object]]()
-    monkeypatch.setattr(Charts, "show", lambda charts, key, run: drawn.append((key, id(run))))
+    drawn = list[object]()
+    monkeypatch.setattr(html, "draw_pictures", lambda runs: drawn.append(runs) or Pictures({}))
     crosscheck.check(labelled).write_report(tmp_path)
-    assert drawn == [(key, id(run)) for key, run in invented.runs.items()]
+    assert drawn == [invented.runs]
     assert "Cross-check of paper-labelled" in (tmp_path / "index.html").read_text()
     assert len(json.loads((tmp_path / "agreement.json").read_text())["findings"]) == 1
 

@@ -30,7 +30,6 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
 from crosscheck.report import answers, html, junit, summary, terminal
 from crosscheck.report.matrix import FAMILIES, FORMS
-from crosscheck.report.plots.charts import Pictures
 from crosscheck.run import CrossCheck
 from tests.views.walker import WORDS, Fact, View
 
@@ -343,7 +342,7 @@ WORDING = {
 def render_page(kind: str, agreement: Agreement) -> str:
     """The page, without pictures."""
     request = CrossCheckRequest(mechanism_of(kind), quick=True)
-    return html.render_report_page(CrossCheck(request, agreement, {}, {}), Pictures({}))
+    return html.render_report_page(CrossCheck(request, agreement, {}, {}))
 
 
 COLUMNS = "300"  # of a wide terminal, on which no line is wrapped
