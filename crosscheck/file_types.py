@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import NamedTuple
 
-PIECE = 1 << 20  # bytes looked at together
 JSON = b'{\n "schema_version": '
 HTML = b"<!doctype html>"
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -63,24 +64,18 @@ FILE_TYPES = tuple(each for each in list(globals().values()) if isinstance(each,
 
 def identify_file_type(content: bytes) -> FileType | None:
     """The kind of a file's content; None where it is of none."""
-    for kind in FILE_TYPES:
-        if content.startswith(kind.begins) and all(mark in content for mark in kind.holds):
-            return kind
-    return None
+    return next((kind for kind in FILE_TYPES if _is_of_type(content, kind)), None)
 
 
 def is_file_of_type(path: Path, kind: FileType) -> bool:
     """Whether a file is of a kind, or empty. Raises OSError."""
-    missing = list(kind.holds)
     with path.open("rb") as file:
-        piece = file.read(PIECE)
-        if not piece:
+        if not os.fstat(file.fileno()).st_size:
             return True
-        if not piece.startswith(kind.begins):
-            return False
-        overlap = max(map(len, missing), default=1)
-        while piece and missing:
-            missing = [mark for mark in missing if mark not in piece]
-            following = file.read(PIECE)
-            piece = following and piece[-overlap:] + following
-    return not missing
+        with mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+            return _is_of_type(content, kind)
+
+
+def _is_of_type(content: bytes | mmap, kind: FileType) -> bool:
+    is_begun = content[: len(kind.begins)] == kind.begins
+    return is_begun and all(content.find(mark) >= 0 for mark in kind.holds)

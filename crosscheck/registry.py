@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import threading
-from collections.abc import Callable, Iterator, MutableMapping, Sequence
+from collections import UserDict
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -263,31 +264,23 @@ FIELDS: dict[str, type | tuple[type, ...]] = {
 }
 
 
-class Registry(MutableMapping[str, Entry]):
+class Registry(UserDict[str, Entry]):
     """Entries by the model's name: the program's own, then those of installed packages.
 
     Packages are looked for when an entry is first asked for, which raises InputError for one whose
     model cannot be used.
     """
 
+    def __init__(self) -> None:
+        """Look for no package yet."""
+
     @cached_property
-    def _entries(self) -> dict[str, Entry]:
+    def data(self) -> dict[str, Entry]:  # type: ignore[override]
+        """All entries."""
         return add_installed_models(BUILT_IN)
 
-    def __getitem__(self, name: str) -> Entry:
-        return self._entries[name]
-
-    def __setitem__(self, name: str, entry: Entry) -> None:
-        self._entries[name] = entry
-
-    def __delitem__(self, name: str) -> None:
-        del self._entries[name]
-
     def __iter__(self) -> Iterator[str]:
-        return iter(tuple(self._entries))
-
-    def __len__(self) -> int:
-        return len(self._entries)
+        return iter(tuple(self.data))
 
 
 MODELS = Registry()

@@ -107,9 +107,7 @@ def _check_same_step(
     """
     left, right, *repeated = runs
     widest = find_acceptance_limit(experiment, about, repeated[0])
-    if time_s is None:
-        return check_same_step(about, left, right, Pair(*repeated), widest)
-    return check_at_time(about, left, right, Pair(*repeated), widest, time_s)
+    return check_same_step(about, left, right, Pair(*repeated), widest, time_s)
 
 
 def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
@@ -288,9 +286,20 @@ class Pair(NamedTuple):
 
 
 def check_same_step(
-    about: Subject, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
+    about: Subject,
+    left: xr.Dataset,
+    right: xr.Dataset,
+    pair: Pair,
+    widest: ReasonedLimit,
+    time_s: float | None = None,
 ) -> Finding:
-    """Check runs of two models through the same integrator and step, over the whole run."""
+    """Check runs of two models through the same integrator and step, over the whole run.
+
+    time_s: the instant to look at alone: the record there and the one before.
+    """
+    if time_s is not None:
+        last = int(np.argmin(np.abs(left["time"].values - time_s)))
+        left, right = (run.isel(time=slice(max(last - 1, 0), last + 1)) for run in (left, right))
     quantity = about.key.quantity
     limit = repetition_limit(pair, quantity)
     measured = largest_difference(left, right, quantity)
@@ -313,23 +322,6 @@ def repetition_limit(pair: Pair, quantity: str) -> ReasonedLimit:
         f" rounding in the start grows to), eps s = {rounding:.1e} (rounding of the quantity)"
     )
     return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + rounding), basis)
-
-
-def check_at_time(
-    about: Subject,
-    left: xr.Dataset,
-    right: xr.Dataset,
-    pair: Pair,
-    widest: ReasonedLimit,
-    time_s: float,
-) -> Finding:
-    """Check like ``check_same_step``, at one instant: the record there and the one before."""
-
-    def select_records(run: xr.Dataset) -> xr.Dataset:
-        index = int(np.argmin(np.abs(run["time"].values - time_s)))
-        return run.isel(time=slice(max(index - 1, 0), index + 1))
-
-    return check_same_step(about, select_records(left), select_records(right), pair, widest)
 
 
 def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:

@@ -274,33 +274,30 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 def _require_compatible(options: TrialOptions) -> None:
     """Raise InputError for options that do not go together."""
-    table = "--ask" if options.ask else "--answers" if options.answers else ""
-    conflicts = {
-        "--scenario": bool(table and options.scenarios),
-        "--json": bool(options.ask and options.json_file),
-        "--junit": bool(options.ask and options.junit),
-        "--answers": bool(options.ask and options.answers),
-    }
-    for name in (name for name, there in conflicts.items() if there):
-        raise InputError(name, "", None, f"cannot be used with {table}")
-    if options.fmu is not None and not options.ask:
-        if options.coordinates is None:
-            draft = shlex.join(("crosscheck", "trial", "--ask", str(options.fmu), "--out", "map"))
-            reason = f"is missing: the file that names an FMU's variables; {draft} drafts it"
-            raise InputError("--coordinates", "", None, reason)
-        if not options.run_code:
-            raise InputError("--run-code", "", None, f"is needed: {options.fmu} is code")
-    if options.coordinates and not (table or options.fmu):
-        raise InputError(
-            "--coordinates", "", None, "is for --ask and --answers; a MODEL has its own"
-        )
-    if options.after and not options.ask:
-        raise InputError("--after", "", None, "needs --ask")
-    if options.ask and options.out is None:
-        raise InputError("--ask", "", None, "needs --out, the folder to write")
-    if table and len(options.names) > (2 if options.fmu else 1):
-        raise InputError(
-            table, "", " ".join(options.names), "takes the place of MODEL; name the ARM alone"
-        )
+    is_asked, fmu, coordinates = options.ask, options.fmu, options.coordinates
+    table = "--ask" if is_asked else "--answers" if options.answers else ""
+    draft = shlex.join(("crosscheck", "trial", "--ask", str(fmu), "--out", "map"))
+    runs_fmu, conflicts = fmu is not None and not is_asked, f"cannot be used with {table}"
+    unnamed = f"is missing: the file that names an FMU's variables; {draft} drafts it"
+    for option, is_wrong, reason in (
+        ("--scenario", table and options.scenarios, conflicts),
+        ("--json", is_asked and options.json_file, conflicts),
+        ("--junit", is_asked and options.junit, conflicts),
+        ("--answers", is_asked and options.answers, conflicts),
+        ("--coordinates", runs_fmu and coordinates is None, unnamed),
+        ("--run-code", runs_fmu and not options.run_code, f"is needed: {fmu} is code"),
+        (
+            "--coordinates",
+            coordinates and not (table or fmu),
+            "is for --ask and --answers; a MODEL has its own",
+        ),
+        ("--after", options.after and not is_asked, "needs --ask"),
+        ("--ask", is_asked and options.out is None, "needs --out, the folder to write"),
+    ):
+        if is_wrong:
+            raise InputError(option, "", None, reason)
+    if table and len(options.names) > (2 if fmu else 1):
+        names = " ".join(options.names)
+        raise InputError(table, "", names, "takes the place of MODEL; name the ARM alone")
     if not table and not options.names:
         raise InputError("trial", "MODEL", None, "is missing; or use --ask and --answers")

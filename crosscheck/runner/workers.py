@@ -24,7 +24,6 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
 from operator import length_hint
-from types import TracebackType
 from typing import Any, Self
 
 from crosscheck.runner import cpu_limit
@@ -115,12 +114,7 @@ class Workers:
         cleanup_callbacks.append(self._dismiss)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         cleanup_callbacks.remove(self._dismiss)
         self._dismiss()
 

@@ -451,7 +451,7 @@ def wrong_runs() -> Iterator[str]:
                     given = subject(quantity), made_run(), other, pair, widest
                     found = trajectories.check_same_step(*given)
                     yield from misjudged(f"{quantity}, {place}", found, part, limit, within)
-                found = trajectories.check_at_time(*given[:4], wide, 500 * STEP_S)
+                found = trajectories.check_same_step(*given[:4], wide, 500 * STEP_S)
                 seen = part if place in ("before", "last") else 0.0
                 if found.verdict != ("differ" if seen > 1 else "agree"):
                     yield f"{quantity} at the end, by {part} at {place}: {found.verdict}"

@@ -176,7 +176,6 @@ def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch
         judged.append((about.key.family, *(time or (None,))))
 
     monkeypatch.setattr(trajectories, "check_same_step", note)
-    monkeypatch.setattr(trajectories, "check_at_time", note)
     monkeypatch.setattr(trajectories, "find_acceptance_limit", lambda *given: None)
     arm = load_arm("probe")
     experiment = Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -324,13 +323,8 @@ def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator
         gear = gears.get(joint.name)
         if number not in motors and (gear is None or not joint.has_motor):
             continue
-        key = joint.name if re.fullmatch(r"[A-Za-z0-9_-]+", joint.name) else _toml(joint.name)
-        line = f'{key} = {{ kind = "direct" }}'
-        if gear is not None and gear.table:
-            fields = ", ".join(
-                f"{name} = {json.dumps(value)}" for name, value in gear.table.items()
-            )
-            line = f"{key} = {{ {fields} }}"
+        table = gear.table if gear is not None and gear.table else {"kind": "direct"}
+        (line,) = format_toml_fields({joint.name: table})
         yield line if gear is None else f"{line} # {make_printable(gear.elements)}"
 
 
