@@ -362,7 +362,7 @@ RENDER: dict[str, Callable[[str, Agreement], str]] = {
     "validate": lambda kind, made: print_with(terminal.print_answers, made, mechanism_of(kind)),
     "JSON": lambda kind, made: answers.format_agreement_json(made, mechanism_of(kind)),
     "JUnit": lambda kind, made: junit.format_junit(replace(made, provenance=None)),
-    "notebook": lambda kind, made: summary.render_agreement_summary(made),
+    "notebook": lambda kind, made: summary.CheckResult(**vars(made))._repr_html_(),
     "repr": lambda kind, made: "\n".join(summary.summarize_agreement(made)),
 }
 DIGITS = tuple(f"digits {words}" for words in dict.fromkeys(FAMILIES.values()))
