@@ -6,7 +6,7 @@ import importlib
 import threading
 from collections import UserDict
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import entry_points
@@ -147,18 +147,14 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
 
 
 def _level_entries(package: str, template: Entry) -> dict[str, Entry]:
-    """A rigid model of each level, by name; template: what they share, with their attributes'
-    prefix.
-    """
-    return {
-        f"{package}:{level}": replace(
-            template,
-            attribute=f"{template.attribute}{level.capitalize()}",
-            level=level,
-            title=title,
+    """A rigid model of each level, by name; template: what they share, and how classes begin."""
+    entries = {}
+    for level, title in LEVELS.items():
+        attribute = f"{template.attribute}{level.capitalize()}"
+        entries[f"{package}:{level}"] = replace(
+            template, attribute=attribute, level=level, title=title
         )
-        for level, title in LEVELS.items()
-    }
+    return entries
 
 
 _ANALYTIC = "crosscheck.analytic.model"
@@ -298,13 +294,10 @@ def add_installed_models(built_in: dict[str, Entry]) -> dict[str, Entry]:
             raise entry_point_error(offer, "a model of this name exists already")
         entry = load_record(offer, Entry, FIELDS)
         if entry.role not in get_args(Role):
-            raise entry_point_error(
-                offer, f"role is {entry.role!r}; must be one of {get_args(Role)}"
-            )
-        distribution = (
-            (offer.dist.name,) if offer.dist else ()
-        )  # whose version counts for its results
-        entries[offer.name] = replace(entry, packages=(*entry.packages, *distribution))
+            wrong = f"role is {entry.role!r}; must be one of {get_args(Role)}"
+            raise entry_point_error(offer, wrong)
+        own = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
+        entries[offer.name] = replace(entry, packages=(*entry.packages, *own))
     return entries
 
 
@@ -437,10 +430,9 @@ def load_model_class(name: str) -> Any:
     if entry.made is not None:
         return entry.made
     try:
-        if is_plugin(name):
-            with foreign_code(f"model {name}: its engine cannot be imported"):
-                return getattr(importlib.import_module(entry.module), entry.attribute)
-        return getattr(importlib.import_module(entry.module), entry.attribute)
+        whose = f"model {name}: its engine cannot be imported"
+        with foreign_code(whose) if is_plugin(name) else nullcontext():
+            return getattr(importlib.import_module(entry.module), entry.attribute)
     except (ImportError, AttributeError) as error:
         reason = " ".join(str(error).split())
         raise InputError("model", "", name, f"its engine cannot be imported: {reason}") from None

@@ -7,7 +7,7 @@ all. Whether teeth touch depends on x - e, not on x. Every mesh is brought to ea
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -19,7 +19,7 @@ from crosscheck.checks.answers import Setting, States, generalized_force, sample
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.engines import plan_pair
 from crosscheck.checks.first_principles.mesh_energy import MeshSpring
-from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects, pair_models
+from crosscheck.checks.sampled import DIFFERENCE, Subjects, pair_models
 from crosscheck.checks.scales import SLIDING_M_PER_S, geared_joints, mesh_damping
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
@@ -48,12 +48,8 @@ corner_force = replace(generalized_force, name="corner_force")
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of geared models' forces on each side of every branch of the mesh laws."""
-    return plan_corners([each for each in subjects.arms if each.group not in ("rigid", "form")])
-
-
-def plan_corners(models: Sequence[SampledArm]) -> Iterator[Comparison]:
-    """A comparison for each pair of geared models."""
-    for pair in pair_models(models):
+    geared = [each for each in subjects.arms if each.group not in ("rigid", "form")]
+    for pair in pair_models(geared):
         setting = pair[0].setting
         if setting.layout.mesh_joints:
             corners = CornerSetting(setting.case, setting.level, setting.count, setting.seed)

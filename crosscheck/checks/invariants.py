@@ -160,11 +160,6 @@ def check_power_balance(about: Subject, motion: DrivenMotion) -> Finding:
     return check_powers(about, motion, np.hstack([external_powers(motion), powers]))
 
 
-def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
-    """Check that the whole arm's angular momentum changes by what the ground exerts."""
-    return check_balance(about, *_angular_momentum_residual(motion))
-
-
 def check_powers(about: Subject, motion: DrivenMotion, powers: np.ndarray) -> Finding:
     """Check that kinetic energy grows by powers (states, terms) [W] alone.
 
@@ -213,11 +208,12 @@ def external_powers(motion: DrivenMotion) -> np.ndarray:
     return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
-def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Residual of dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight, and its size.
+def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
+    """Check that the whole arm's angular momentum changes by what the ground exerts.
 
-    Both (states,). Turning the whole arm turns the first ring's teeth past its planets: x_pr1
-    changes by -r_r, of every planet, and so does the sun's advance.
+    dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight. Turning the whole arm turns
+    the first ring's teeth past its planets: x_pr1 changes by -r_r, of every planet, and so does the
+    sun's advance.
     """
     joint, shoulder = motion.setting.arm.joints[0], motion.setting.layout.at("theta", 0)
     rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
@@ -235,7 +231,8 @@ def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.nda
         size = size + ring * motion.summed[:, slides].sum(axis=1)
         on_teeth = (pressed - motion.force[:, slides].sum(axis=1)) * ring
         moments = [motor, on_teeth, motion.passive[:, 0]]
-    return rate - np.sum(moments, axis=0), size + np.abs(moments).sum(axis=0)
+    size = size + np.abs(moments).sum(axis=0)
+    return check_balance(about, rate - np.sum(moments, axis=0), size)
 
 
 def check_constraints(about: Subject, gaps: np.ndarray, setting: object) -> Finding:

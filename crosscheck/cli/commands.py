@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from functools import partial
 from pathlib import Path
 
@@ -92,15 +92,12 @@ def prepare_recording(
     """Subject of a baseline, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return make_request(arm, scenarios, settings, quick, 0), run_with_progress
-    from crosscheck.cli.trial import (  # imports SymPy, which no other command needs
-        make_trial_request,
-        run_trial_with_progress,
-    )
+    from crosscheck.cli import trial  # SymPy, which no other command needs
     from crosscheck.trial.trial import make_cross_check_request
 
     chosen = load_selection(arm, scenarios, settings)
-    request = make_trial_request(model, chosen, quick=quick, seed=0)
-    return make_cross_check_request(request), partial(run_trial_with_progress, request)
+    request = trial.make_trial_request(model, chosen, quick=quick, seed=0)
+    return make_cross_check_request(request), partial(trial.run_trial_with_progress, request)
 
 
 def accept_command(
@@ -132,11 +129,13 @@ def accept_command(
     write_baseline(path, baseline)
     for line in find_uncompared(baseline):
         print(make_printable(line))
-    counts = [
-        format_count(len(baseline.checks), "verdict"),
-        format_count(len(baseline.runs), "run"),
-    ]
-    counts += [format_count(len(baseline.known), "known difference")] if baseline.known else []
+    lists: dict[str, Sized] = {
+        "verdict": baseline.checks,
+        "run": baseline.runs,
+        "known difference": baseline.known,
+    }
+    counts = [format_count(len(each), noun) for noun, each in lists.items()]
+    counts = counts if baseline.known else counts[:-1]
     print(f"wrote {make_printable(str(path))}: {', '.join(counts)}")
     return 0
 

@@ -42,9 +42,7 @@ def sweep_command(file: Path, out: Path, jobs: int, resume: bool, run_code: bool
 
 def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
     """Draw quantities of a result into a PNG file. Raises InputError."""
-    from crosscheck.studies.plot import (
-        draw_selected,
-    )  # imports Matplotlib, which a study does not need
+    from crosscheck.studies.plot import draw_selected  # Matplotlib, which no study needs
 
     remember(file)
     path = out or file.with_suffix(".png")

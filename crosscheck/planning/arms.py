@@ -78,7 +78,7 @@ def plan_comparisons(request: plan.CrossCheckRequest, preparation: Preparation) 
         *plan.make_order_experiments(*settings),
     ):
         comparisons += plan_experiment_comparisons(experiment)
-    return [*comparisons, *(each.comparison for each in preparation.lost)]
+    return [*comparisons, *preparation.lost]
 
 
 def plan_experiment_comparisons(experiment: plan.Experiment) -> list[Comparison]:

@@ -79,16 +79,10 @@ def make_entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
     """M of the printed equations beside the corrected ones; of arms without, M of the latter."""
     masses = {each.model: each for each in entries if each.quantity == "mass_matrix"}
     forms = [name for name in masses if name in model_names("form")]
-    shown = [name for name in masses if name not in forms[:-1]]
     titles = dict.fromkeys(forms, "mass matrix, as printed")
     other = "mass matrix, corrected" if forms else "mass matrix"
+    shown = [(titles.get(n, other), each) for n, each in masses.items() if n not in forms[:-1]]
     return [
-        make_heat_map(
-            titles.get(name, other),
-            masses[name].coordinates,
-            masses[name].coordinates,
-            masses[name].relative,
-            masses[name].tolerance,
-        )
-        for name in shown
+        make_heat_map(title, each.coordinates, each.coordinates, each.relative, each.tolerance)
+        for title, each in shown
     ]

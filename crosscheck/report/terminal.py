@@ -64,9 +64,8 @@ def _print_disagreeing(findings: Sequence[Finding]) -> None:
     console = Console()
     for finding, words in describe_by_reason(findings):
         description = make_printable(f" {finding.id}: {words}")
-        line = Text.assemble(
-            (finding.verdict, COLOURS[finding.verdict]), description
-        )  # never markup
+        verdict = finding.verdict, COLOURS[finding.verdict]
+        line = Text.assemble(verdict, description)  # never markup
         console.print(line, soft_wrap=True, highlight=False)
 
 

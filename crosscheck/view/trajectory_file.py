@@ -21,14 +21,8 @@ from crosscheck.studies.batches.netcdf_file import NetcdfFile, use_file
 
 LONGEST_ARM, LONGEST_ROBOT = 1_000_000, 2 * LARGEST_FILE  # characters
 Record = TypeVar("Record", bound=Data)
-DRAWN_SIGNALS = {
-    "theta": 2,
-    "theta_dot": 2,
-    "x_sp": 3,
-    "x_pr": 3,
-    "F_sp": 3,
-    "F_pr": 3,
-}  # by dimensions
+# By how many dimensions they have.
+DRAWN_SIGNALS = {"theta": 2, "theta_dot": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}
 
 
 class Run(NamedTuple):

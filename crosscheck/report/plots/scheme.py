@@ -54,7 +54,8 @@ def draw_robot(robot: Robot) -> str:
         rotation, position = poses[number]
         rods += [(position, position + rotation @ end) for end in ends]
     view = _face_viewer(find_upward(robot))
-    at, _ = _fit_points([_project(view, p) for p in (np.zeros(3), *joints, *sum(rods, ()))])
+    shown = np.array([np.zeros(3), *joints, *sum(rods, ())]) @ view.T
+    at, _ = _fit_points([complex(right, up) for right, up in shown])
     feet, joint_points, rod_points = at[0], at[1 : len(joints) + 1], at[len(joints) + 1 :]
     parts = [_draw_base(feet), *map(_draw_link, rod_points[::2], rod_points[1::2])]
     labels: dict[complex, list[str]] = {}
@@ -79,11 +80,6 @@ def _face_viewer(upward: np.ndarray) -> np.ndarray:
     towards = np.cross(right, upward)
     up = math.cos(RISE_RAD) * upward - math.sin(RISE_RAD) * towards
     return np.stack([right, up])
-
-
-def _project(view: np.ndarray, point: np.ndarray) -> complex:
-    right, up = view @ point
-    return complex(right, up)
 
 
 def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
