@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 JSON = b'{\n "schema_version": '
+PROVENANCE = b'\n "provenance": {'
 HTML = b"<!doctype html>"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -21,17 +22,13 @@ class FileType(NamedTuple):
     holds: tuple[bytes, ...]
 
 
-AGREEMENT = FileType(
-    "a cross-check's JSON file", JSON, (b'\n "findings": [', b'\n "provenance": {')
-)
+AGREEMENT = FileType("a cross-check's JSON file", JSON, (b'\n "findings": [', PROVENANCE))
 TRIAL = FileType(
     "a trial's JSON file", JSON, (b'\n "equations": ', b'\n "headline": ', b'\n "agreement": {')
 )
 RECORD = FileType("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
-ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provenance": {'))
-CLAIMS = FileType(
-    "a file of the paper's claims", JSON, (b'\n "chapters": {', b'\n "provenance": {')
-)
+ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', PROVENANCE))
+CLAIMS = FileType("a file of the paper's claims", JSON, (b'\n "chapters": {', PROVENANCE))
 VERDICTS = FileType("a file of a paper's verdicts", JSON, (b'\n "claims": [', b'\n "title": '))
 JUNIT = FileType(
     "a cross-check's JUnit file",

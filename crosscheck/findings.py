@@ -149,9 +149,8 @@ def make_check(
     verdict: Verdict = "agree" if measured <= tolerance else "differ"
     if verdict == "agree" and not resolved:
         verdict = "unresolved"
-    return Finding(
-        about, "check", verdict, measured, tolerance, basis, _replace_nonfinite(relative), note
-    )
+    relative = _replace_nonfinite(relative)
+    return Finding(about, "check", verdict, measured, tolerance, basis, relative, note)
 
 
 def make_share_check(
@@ -296,11 +295,10 @@ class Agreement:
     @property
     def exit_code(self) -> int:
         """Exit code: 0 if all checks agree, 3 if all others are unfinished; 1 also without any."""
-        if self.disagreeing and all(
-            finding.verdict == "unfinished" for finding in self.disagreeing
-        ):
+        red = self.disagreeing
+        if red and all(finding.verdict == "unfinished" for finding in red):
             return UNFINISHED_CODE
-        return 0 if self.checks and not self.disagreeing else 1
+        return 0 if self.checks and not red else 1
 
     def to_dict(self) -> dict[str, Any]:
         """The agreement as a dictionary, as in crosscheck/schema/agreement.schema.json."""

@@ -71,5 +71,4 @@ SUPPLIED = {
 def supply(what: str, section: str) -> Callable[..., Any]:
     """The function of a purpose that a sort of mechanism supplies; section: arm or robot."""
     module, _, name = getattr(SUPPLIED[what], section).partition(":")
-    function: Callable[..., Any] = getattr(import_module(f"crosscheck.{module}"), name)
-    return function
+    return getattr(import_module(f"crosscheck.{module}"), name)

@@ -151,9 +151,8 @@ def _level_entries(package: str, template: Entry) -> dict[str, Entry]:
     entries = {}
     for level, title in LEVELS.items():
         attribute = f"{template.attribute}{level.capitalize()}"
-        entries[f"{package}:{level}"] = replace(
-            template, attribute=attribute, level=level, title=title
-        )
+        entry = replace(template, attribute=attribute, level=level, title=title)
+        entries[f"{package}:{level}"] = entry
     return entries
 
 
@@ -296,8 +295,8 @@ def add_installed_models(built_in: dict[str, Entry]) -> dict[str, Entry]:
         if entry.role not in get_args(Role):
             wrong = f"role is {entry.role!r}; must be one of {get_args(Role)}"
             raise entry_point_error(offer, wrong)
-        own = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
-        entries[offer.name] = replace(entry, packages=(*entry.packages, *own))
+        package = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
+        entries[offer.name] = replace(entry, packages=(*entry.packages, *package))
     return entries
 
 
@@ -334,9 +333,8 @@ def engine_of(model: str) -> str:
 
 def packages() -> tuple[str, ...]:
     """Distributions that results of any model depend on."""
-    return tuple(
-        dict.fromkeys(name for entry in MODELS.values() for name in entry.versioned_packages)
-    )
+    names = (name for entry in MODELS.values() for name in entry.versioned_packages)
+    return tuple(dict.fromkeys(names))
 
 
 def model_names(role: Role) -> tuple[str, ...]:
@@ -382,9 +380,8 @@ def reference_model() -> str:
 def find_same_integrator_models() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[reference_model()].order
-    return tuple(
-        n for n in select_with_method("simulate", model_names("geared")) if MODELS[n].order == order
-    )
+    able = select_with_method("simulate", model_names("geared"))
+    return tuple(name for name in able if MODELS[name].order == order)
 
 
 def reference_engine() -> str:
@@ -440,8 +437,7 @@ def load_model_class(name: str) -> Any:
 
 def build_robot_model(engine: str, robot: Robot, level: Level) -> RobotModel:
     """A new model of the robot at the level, by an engine of robots that has it."""
-    model: RobotModel = load_model_class(engine)(robot, level)
-    return model
+    return load_model_class(engine)(robot, level)
 
 
 def find_robot_model(name: str, robot: Robot) -> tuple[str, Level]:
@@ -491,16 +487,14 @@ def build(
         InputError: There is no such model, arm, scenario and switches do not fit each other, or
             numbers of the arm are out of the engine's range.
     """
-    model: Model = supply("build", arm.section)(name, arm, scenario, switches)
-    return model
+    return supply("build", arm.section)(name, arm, scenario, switches)
 
 
 def build_arm_model(name: str, arm: Arm, scenario: Scenario, switches: Switches | None) -> Model:
     """The named model of an arm, see ``build``."""
     get_entry(name)
-    model: type[Model] = load_model_class(name)
     with require_usable_numbers(name, arm):
-        return model(arm, scenario, switches)
+        return load_model_class(name)(arm, scenario, switches)
 
 
 def build_robot_experiment(

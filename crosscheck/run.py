@@ -68,9 +68,8 @@ def run_cross_check(
     progress("comparing")
     findings = list(judge_comparisons(plan.comparisons, results))
     settings = request.scenarios, request.chosen, plan.remarks
-    record = record_provenance(
-        request.mechanism, request.seed, request.quick, *settings, packages()
-    )
+    made_of = request.mechanism, request.seed, request.quick
+    record = record_provenance(*made_of, *settings, packages())
     agreement = Agreement(findings, record, entries=tuple(plan.compute_entries(results)))
     return CrossCheck(request, agreement, cases_by_run(plan.comparisons), runs_by_key(results))
 

@@ -114,16 +114,13 @@ def _describe_allowed(hint: Any) -> str:
         return _describe_allowed(base)
     if origin is tuple:
         return f"a list of {len(inner)}, each {_describe_allowed(inner[0])}"
-    single = [part for part in inner if part is not NoneType and not _is_list(part)]
-    return ", or ".join(
-        map(_describe_allowed, single or [part for part in inner if part is not NoneType])
-    )
+    some = [part for part in inner if part is not NoneType]
+    single = [part for part in some if not _is_list(part)]
+    return ", or ".join(map(_describe_allowed, single or some))
 
 
 def _is_list(hint: Any) -> bool:
-    return get_origin(hint) is tuple or (
-        get_origin(hint) is Annotated and _is_list(get_args(hint)[0])
-    )
+    return get_origin(get_args(hint)[0] if get_origin(hint) is Annotated else hint) is tuple
 
 
 def _describe_count(info: FieldInfo) -> str:

@@ -146,9 +146,8 @@ def _require_version(data: dict[str, Any]) -> None:
     schema, version = data.get("schema_version"), data.get("project_version")
     if type(schema) is not int or schema != SCHEMA_VERSION:
         older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
-        raise InputError(
-            "", "schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}"
-        )
+        allowed = f"only format {SCHEMA_VERSION} is read{older}"
+        raise InputError("", "schema_version", schema, allowed)
     major = __version__.split(".", 1)[0]
     if not isinstance(version, str) or version.split(".", 1)[0] != major:
         raise InputError("", "project_version", version, f"major version {major} is allowed")

@@ -115,9 +115,8 @@ def reduce_run(key: RunKey, result: CrossCheck) -> tuple[record.RecordedRun, Run
         return _make_record(run, result.cases[key], bounds), bounds
     except ValidationError as error:
         first = error.errors()[0]
-        what = (
-            f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {rephrase(first['msg'])}"
-        )
+        place = ".".join(map(str, first["loc"]))
+        what = f"{place} = {first['input']!r:.60}: {rephrase(first['msg'])}"
     except Exception as error:
         what = f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
     return Failure("cannot be recorded", what)
@@ -175,11 +174,9 @@ def _find_pair(experiment: str, runs: dict[RunKey, xr.Dataset]) -> Pair | None:
     Their planets are counted as the experiment does, or free. None where there are no such two.
     """
     for variants in (("", "nudged"), ("free", "free-nudged")):
-        run, perturbed_run = (
-            runs.get(RunKey(experiment, reference_model(), variant)) for variant in variants
-        )
-        if run is not None and perturbed_run is not None:
-            return Pair(run, perturbed_run)
+        run, nudged = (runs.get(RunKey(experiment, reference_model(), each)) for each in variants)
+        if run is not None and nudged is not None:
+            return Pair(run, nudged)
     return None
 
 

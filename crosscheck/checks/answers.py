@@ -14,11 +14,7 @@ import numpy as np
 
 from crosscheck.checks.arm_sizes import ArmSizes
 from crosscheck.checks.first_principles.slopes import SlopeRule, make_exact_rule
-from crosscheck.checks.scales import (
-    SLIDING_M_PER_S,
-    TURNING_RAD_PER_S,
-    largest_displacement,
-)
+from crosscheck.checks.scales import SLIDING_M_PER_S, TURNING_RAD_PER_S, largest_displacement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
 from crosscheck.models.errors import describe_type
@@ -120,10 +116,9 @@ def ask(model: Any, method: str, shape: tuple[int, ...], *given: np.ndarray) -> 
     answer = getattr(model, method)
     if model.takes_many_states:
         return require_numbers(answer(*given), method, shape)
-    each_state = zip(*given, strict=True)
-    return np.array(
-        [require_numbers(answer(*(x.copy() for x in at)), method, shape[1:]) for at in each_state]
-    )
+    states = zip(*given, strict=True)
+    answers = (answer(*(x.copy() for x in state)) for state in states)
+    return np.array([require_numbers(each, method, shape[1:]) for each in answers])
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,7 +15,6 @@ from crosscheck.checks.answers import ask
 from crosscheck.checks.engines import STEPS
 from crosscheck.checks.robot_states import LARGEST_TOLERANCE, TOLERANCE
 from crosscheck.checks.sampled import (
-    FIRST_PRINCIPLES,
     ExperimentPlan,
     RobotLevel,
     Subjects,
@@ -73,13 +73,11 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
             continue
         kept = frictionless_ends if case.robot.friction.any() else refined_ends
         metric = f"free motion of {case.run_s:.3g} s in {STEPS} to {STEPS * 2**HALVINGS} steps"
-        where = f"{sampled.where}/run"
-        key = ComparisonKey("order", where, "order-of-convergence", sampled.model)
-        about = Subject(key, "1", metric, f"order of convergence {FORMAL}")
-        yield make_comparison(about, [sampled.ask(refined_ends)], partial(_check_order, case=case))
-        key = ComparisonKey("invariants", where, "energy", sampled.model)
-        about = Subject(key, "1", metric, FIRST_PRINCIPLES)
-        yield make_comparison(about, [sampled.ask(kept)], partial(_check_energy, case=case))
+        run = replace(sampled, where=f"{sampled.where}/run")
+        against = f"order of convergence {FORMAL}"
+        given = "order-of-convergence", [refined_ends], _check_order, metric, against
+        yield run.plan_law(*given, family="order")
+        yield run.plan_law("energy", [kept], _check_energy, metric)
     if any(sampled.setting.robot.friction.any() for sampled in subjects.robots):
         yield "energy of runs is asked of the robot without its friction"
     if any(sampled.setting.level == "geared" for sampled in subjects.robots):

@@ -76,10 +76,8 @@ def list_corners(layout: Layout, arm: Arm) -> list[Corner]:
     planets = max((arm.joints[joint].planet_count for joint in layout.mesh_joints), default=0)
     numbers = range(planets if layout.free else min(planets, 1))
     signs = (1.0, -1.0)
-    return [
-        Corner(*place)
-        for place in product(range(len(MESHES)), numbers, signs, signs, (True, False))
-    ]
+    places = product(range(len(MESHES)), numbers, signs, signs, (True, False))
+    return [Corner(*place) for place in places]
 
 
 def sample_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -> States:
@@ -114,12 +112,9 @@ def _find_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -
     states = []
     for number, corner in enumerate(corners):
         poses = slice(number * POSES, (number + 1) * POSES)
-        there = (
-            MeshSpring(each.backlash, each.stiffness[poses], each.gap[poses]) for each in springs
-        )
-        states.append(
-            _move_to_corner(layout, arm, States(*(x[poses] for x in drawn)), there, corner)
-        )
+        there = (MeshSpring(s.backlash, s.stiffness[poses], s.gap[poses]) for s in springs)
+        some = States(*(x[poses] for x in drawn))
+        states.append(_move_to_corner(layout, arm, some, there, corner))
     return States(*map(np.array, zip(*states, strict=True)))
 
 

@@ -77,9 +77,8 @@ def largest_displacement(arm: Arm) -> float:
     """Largest mesh displacement of random states [m]: teeth on either flank or out of contact."""
     contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
     clearance = max((mesh.backlash_m for mesh in contacts), default=0.0)
-    return 3 * max(clearance, LEAST_PLAY_M) + max(
-        (abs(mesh.static_error_m) for mesh in contacts), default=0.0
-    )
+    offset = max((abs(mesh.static_error_m) for mesh in contacts), default=0.0)
+    return 3 * max(clearance, LEAST_PLAY_M) + offset
 
 
 def _joint_stiffness_bound(joint: Planetary) -> float:

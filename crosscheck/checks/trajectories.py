@@ -190,9 +190,8 @@ def plan_refined(
 
 def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
     """Those of some quantities that runs of the experiment's arm have."""
-    return [
-        name for name in quantities if geared_joints(experiment.case.arm) or name not in BY_PLANET
-    ]
+    has_gears = bool(geared_joints(experiment.case.arm))
+    return [name for name in quantities if has_gears or name not in BY_PLANET]
 
 
 def find_acceptance_limit(
@@ -242,8 +241,7 @@ def compute_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) ->
             raise RunMismatch(f"the runs have {quantity} at other values of {name}")
     if (np.isnan(left.values) != np.isnan(right.values)).any():
         raise RunMismatch(f"{quantity} has values in one run where the other has none")
-    values: np.ndarray = left.values - right.values
-    return values
+    return left.values - right.values
 
 
 def size(run: xr.Dataset, quantity: str) -> float:
@@ -326,9 +324,8 @@ def repetition_limit(pair: Pair, quantity: str) -> ReasonedLimit:
 
 def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
     """Measure how far a run moves when its start is changed by a rounding."""
-    return measure_deviation(
-        about, nudged, run, "every angle and displacement started a rounding away"
-    )
+    basis = "every angle and displacement started a rounding away"
+    return measure_deviation(about, nudged, run, basis)
 
 
 def check_refined_runs(
@@ -343,12 +340,10 @@ def check_refined_runs(
     the side's uncertainty.
     """
     quantity = about.key.quantity
-    uncertainties = [
-        max(uncertainty(*pair, quantity) for pair in zip(side[1::2], side[2::2], strict=True))
-        for side in (left, right)
-    ]
+    pairs = (zip(side[1::2], side[2::2], strict=True) for side in (left, right))
+    u1, u2 = (max(uncertainty(*pair, quantity) for pair in side) for side in pairs)
     rounding = max(run_rounding(side[0], quantity) for side in (left, right))
-    combined = float(np.hypot(uncertainties[0], uncertainties[1]))
+    combined = float(np.hypot(u1, u2))
     measured = largest_difference(left[0], right[0], quantity)
     return make_check(
         about,
@@ -356,8 +351,7 @@ def check_refined_runs(
         tolerance=combined + rounding,
         resolved=combined <= widest.value,
         basis=(
-            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {uncertainties[0]:.2g} and u2 ="
-            f" {uncertainties[1]:.2g} by step"
+            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {u1:.2g} and u2 = {u2:.2g} by step"
             f" refinement, eps s sqrt(N) = {rounding:.1g}; {describe_acceptance(widest)}"
         ),
         relative=relative_value(measured, left[0], quantity),

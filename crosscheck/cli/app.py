@@ -318,10 +318,7 @@ def compare(
 
 @app.command()
 def cost(
-    robot: Annotated[
-        str,
-        Argument(metavar="ROBOT", help=NAMES),
-    ],
+    robot: Annotated[str, Argument(metavar="ROBOT", help=NAMES)],
     motion: Annotated[
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
@@ -342,9 +339,8 @@ def cost(
     """Show the errors in torque and at the tip if rotors or their coupling are left out."""
     from crosscheck.cli.cost import cost_command
 
-    raise typer.Exit(
-        cost_command(robot, motion, (ratio, rotor_inertia), seed, quick, json_file, out)
-    )
+    rotors = ratio, rotor_inertia
+    raise typer.Exit(cost_command(robot, motion, rotors, seed, quick, json_file, out))
 
 
 @app.command()
@@ -492,10 +488,8 @@ def build_commands() -> Any:
 
 def is_completion() -> bool:
     """Whether a shell asks for completions, or a user for the script of completions."""
-    return COMPLETION in os.environ or sys.argv[1:2] in (
-        ["--install-completion"],
-        ["--show-completion"],
-    )
+    options = ["--install-completion"], ["--show-completion"]
+    return COMPLETION in os.environ or sys.argv[1:2] in options
 
 
 def main() -> NoReturn:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence, Sized
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -129,13 +129,9 @@ def accept_command(
     write_baseline(path, baseline)
     for line in find_uncompared(baseline):
         print(make_printable(line))
-    lists: dict[str, Sized] = {
-        "verdict": baseline.checks,
-        "run": baseline.runs,
-        "known difference": baseline.known,
-    }
-    counts = [format_count(len(each), noun) for noun, each in lists.items()]
-    counts = counts if baseline.known else counts[:-1]
+    counts = [format_count(len(baseline.checks), "verdict")]
+    counts += [format_count(len(baseline.runs), "run")]
+    counts += [format_count(len(baseline.known), "known difference")] if baseline.known else []
     print(f"wrote {make_printable(str(path))}: {', '.join(counts)}")
     return 0
 
@@ -150,9 +146,8 @@ def _can_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
         return False
     if result.agreement.checks and (with_differences or not (wrong or lost)):
         return True
-    counts = [format_count(len(wrong), "differing check")] + [
-        format_count(len(lost), "lost run")
-    ] * bool(lost)
+    counts = [format_count(len(wrong), "differing check")]
+    counts += [format_count(len(lost), "lost run")] if lost else []
     print(f"{', '.join(counts)}: nothing recorded (--with-differences records known differences)")
     return False
 
@@ -172,7 +167,7 @@ def check_command(
     Raises InputError, before anything is run, for a record that cannot be compared with this.
     """
     path = baseline_path(folder, chosen)
-    require_files((junit, JUNIT), reserved_path=path)
+    require_files((junit, JUNIT), reserved=path)
     baseline = read_baseline(path, chosen, renew)
     agreement = compare(baseline, runner(chosen, jobs))
     write_requested((junit, lambda: format_junit(agreement, f"baseline {chosen.name}")))

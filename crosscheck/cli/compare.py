@@ -73,9 +73,8 @@ def compare_command(
         records = tuple(add_drive_torques(each, chosen) for each in records)
     for each in records:
         if each.motor_torque is None and each.joint_torque is None:
-            reason = (
-                "has no torques; columns must be torque_1_N_m, ..., or --scenario says whose drive"
-            )
+            columns = "columns must be torque_1_N_m, ..., or --scenario says whose drive"
+            reason = f"has no torques; {columns}"
             raise InputError(each.where, "", None, reason)
     with show_progress(f"comparing {make_printable(str(record))}") as progress:
         comparison = compare(mechanism, records, transmission, progress, knowledge, tolerances)

@@ -19,14 +19,7 @@ from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
 from crosscheck.mechanisms import supply
-from crosscheck.models.arm.arm import (
-    Arm,
-    Direct,
-    Link,
-    Planetary,
-    describe_loads,
-    joint_mass,
-)
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_loads, joint_mass
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
@@ -282,12 +275,9 @@ def _mesh_poles(model: PhysicalModel) -> list[complex]:
 def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:
     """Quantities of the experiments that a cross-check makes for an arm not the paper's."""
     yield DerivedQuantity("rate of the controller", sizes.rate, "rad/s")
-    yield DerivedQuantity(
-        "duration of the step of torque", make_step_scenario(sizes).duration_s, "s"
-    )
-    yield DerivedQuantity(
-        "duration of the controlled motion", make_pd_scenario(sizes).duration_s, "s"
-    )
+    step_s, motion_s = make_step_scenario(sizes).duration_s, make_pd_scenario(sizes).duration_s
+    yield DerivedQuantity("duration of the step of torque", step_s, "s")
+    yield DerivedQuantity("duration of the controlled motion", motion_s, "s")
     columns = (
         ("inertia of the rigid arm, stretched out", sizes.inertia, "kg m^2"),
         ("step of torque", sizes.step, "N m"),

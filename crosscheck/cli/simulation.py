@@ -49,9 +49,8 @@ class SimulationRequest(SelfKeyedTask):
         record = record_provenance(mechanism, 0, False, packages=entry.versioned_packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
         positions = run["theta"].values
-        summary = describe_joints(mechanism, positions[-1]) + list_beyond_ranges(
-            mechanism, positions
-        )
+        summary = describe_joints(mechanism, positions[-1])
+        summary += list_beyond_ranges(mechanism, positions)
         return encode_netcdf(run), f"{run.sizes['time']} times{summary}"
 
 

@@ -55,9 +55,8 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
     """Print the range of every quantity, and the difference from a second engine."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
-        table = Table(
-            Column("quantity", overflow="fold"), Column("unit", overflow="fold"), box=None
-        )
+        names = (Column(head, overflow="fold") for head in ("quantity", "unit"))
+        table = Table(*names, box=None)
         # On a narrow terminal names are folded; numbers stay whole.
         for head in ("undefined", "least", "median", "largest"):
             table.add_column(head, no_wrap=True)

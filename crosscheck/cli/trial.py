@@ -130,8 +130,7 @@ class TrialOptions:
         chosen = select_mechanism(self.arm, (), self.settings)
         coordinates, level = load_coordinates(self.coordinates)
         given = chosen.mechanism, coordinates, level, chosen.switches, self.quick, self.seed
-        table: AnsweredTrial = supply("make_table", chosen.mechanism.section)(*given)
-        return table
+        return supply("make_table", chosen.mechanism.section)(*given)
 
     def format_shared_options(self) -> str:
         """The options that --ask and --answers must share."""
@@ -220,9 +219,8 @@ def _report_trial(trial: Trial, options: TrialOptions) -> int:
     )
 
     texts = format_trial_json, format_trial_junit, render_trial_page
-    requests = (
-        (path, partial(text, trial)) for (path, _), text in zip(options.files, texts, strict=True)
-    )
+    paths = (path for path, _ in options.files)
+    requests = ((path, partial(text, trial)) for path, text in zip(paths, texts, strict=True))
     print_and_write(trial.lines, *requests)
     return trial.exit_code
 
@@ -240,9 +238,8 @@ def ask(options: TrialOptions) -> None:
         with tempfile.TemporaryDirectory() as folder:  # none of its code is run
             unpack_fmu(options.fmu, Path(folder))
             variables = read_description(str(options.fmu), Path(folder))
-        _write_new(
-            options.out, {"map.toml": draft_mapping(make_printable(options.fmu.name), variables)}
-        )
+        draft = draft_mapping(make_printable(options.fmu.name), variables)
+        _write_new(options.out, {"map.toml": draft})
         print(f"wrote {make_printable(str(options.out / 'map.toml'))}: check every name in it")
         return
     table = options.table()
@@ -274,25 +271,22 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 def _require_compatible(options: TrialOptions) -> None:
     """Raise InputError for options that do not go together."""
-    is_asked, fmu, coordinates = options.ask, options.fmu, options.coordinates
-    table = "--ask" if is_asked else "--answers" if options.answers else ""
+    asks, fmu, coordinates = options.ask, options.fmu, options.coordinates
+    table = "--ask" if asks else "--answers" if options.answers else ""
     draft = shlex.join(("crosscheck", "trial", "--ask", str(fmu), "--out", "map"))
-    runs_fmu, conflicts = fmu is not None and not is_asked, f"cannot be used with {table}"
+    runs_fmu, conflicts = fmu is not None and not asks, f"cannot be used with {table}"
+    needless = "is for --ask and --answers; a MODEL has its own"
     unnamed = f"is missing: the file that names an FMU's variables; {draft} drafts it"
     for option, is_wrong, reason in (
         ("--scenario", table and options.scenarios, conflicts),
-        ("--json", is_asked and options.json_file, conflicts),
-        ("--junit", is_asked and options.junit, conflicts),
-        ("--answers", is_asked and options.answers, conflicts),
+        ("--json", asks and options.json_file, conflicts),
+        ("--junit", asks and options.junit, conflicts),
+        ("--answers", asks and options.answers, conflicts),
         ("--coordinates", runs_fmu and coordinates is None, unnamed),
         ("--run-code", runs_fmu and not options.run_code, f"is needed: {fmu} is code"),
-        (
-            "--coordinates",
-            coordinates and not (table or fmu),
-            "is for --ask and --answers; a MODEL has its own",
-        ),
-        ("--after", options.after and not is_asked, "needs --ask"),
-        ("--ask", is_asked and options.out is None, "needs --out, the folder to write"),
+        ("--coordinates", coordinates and not (table or fmu), needless),
+        ("--after", options.after and not asks, "needs --ask"),
+        ("--ask", asks and options.out is None, "needs --out, the folder to write"),
     ):
         if is_wrong:
             raise InputError(option, "", None, reason)

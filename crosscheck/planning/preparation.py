@@ -142,9 +142,7 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
     limit = min((float(each) for each in answers if each is not None), default=float("inf"))
     started = [plan.set_stable_step(each, limit) for each in outline]
     growths = {
-        _key(each.name, "growth-rate"): Query(
-            find_growing_mode, (each.case.arm, each.case.scenario), 0.5
-        )
+        _key(each.name, "growth-rate"): Query(find_growing_mode, each.case[:2], 0.5)
         for each in outline
     }
     steps = {

@@ -59,11 +59,8 @@ def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Pl
     """
     robot = cast(Robot, request.mechanism)
     count = QUICK_COUNT if request.quick else COUNT
-    cases = make_cases(
-        robot,
-        sample_states(robot, count, request.seed),
-        QUICK_STEPS if request.quick else MOST_STEPS,
-    )
+    most_steps = QUICK_STEPS if request.quick else MOST_STEPS
+    cases = make_cases(robot, sample_states(robot, count, request.seed), most_steps)
     models = sample_models([add_scenarios(case, request.scenarios) for case in cases])
     comparisons, remarks = plan_checks(Subjects(robots=models))
     remarks += [
@@ -87,9 +84,8 @@ def describe_quick_limits(request: CrossCheckRequest) -> str:
 
 def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
     """Every two engines compared at each level. Raises InputError as ``plan_robot``."""
-    comparisons = list(
-        engines.plan(Subjects(robots=sample_models(make_cases(robot, states, QUICK_STEPS))))
-    )
+    models = sample_models(make_cases(robot, states, QUICK_STEPS))
+    comparisons = list(engines.plan(Subjects(robots=models)))
     outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1)
     return list(judge_comparisons(comparisons, Results(outcomes)))
 

@@ -116,9 +116,8 @@ def _compare_model(
         verdict = "differ" if any(is_beyond(f, arm_findings) for f in others) else "agree"
     states = [f.relative for f in checks if f.about.key.family == "states"]
     common = [common_digits(value) for value in states if value is not None]
-    return ModelAnswer(
-        model, outline.models[model], tuple(against), worst, verdict, min(common, default=None)
-    )
+    digits, title = min(common, default=None), outline.models[model]
+    return ModelAnswer(model, title, tuple(against), worst, verdict, digits)
 
 
 def _size(finding: Finding) -> float:
@@ -258,10 +257,8 @@ def describe_verdict(agreement: Agreement) -> str:
         counts = Counter(f.verdict for f in red)
         verdict_counts = ", ".join(f"{counts[each]} {each}" for each in WORST_FIRST if counts[each])
         verb = "does" if len(checks) == 1 else "do"
-        rest = (
-            f"{len(red)} of {total} {verb} not agree ({verdict_counts}),"
-            f" the first of them {red[0].id}"
-        )
+        most = f"{len(red)} of {total} {verb} not agree ({verdict_counts})"
+        rest = f"{most}, the first of them {red[0].id}"
     elif not checks:
         rest = "nothing was checked"
     else:
@@ -280,10 +277,8 @@ def _describe_printed_equations(agreement: Agreement) -> str | None:
         first = wrong[0]
         places = format_count(len(wrong), "place")
         largest = "" if len(wrong) == 1 else "largest "
-        return (
-            f"The printed equations are wrong in {places}"
-            f" ({largest}{first.name}, {format_percent(first.relative)})"
-        )
+        worst = f"{largest}{first.name}, {format_percent(first.relative)}"
+        return f"The printed equations are wrong in {places} ({worst})"
     findings = [f for f in agreement.findings if f.about.key.family in FORMS and f.left == form]
     if not findings:
         return None
@@ -294,10 +289,8 @@ def _describe_printed_equations(agreement: Agreement) -> str | None:
 def find_wrong_entries(entries: Sequence[EntryDifferences]) -> list[WrongEntry]:
     """The entries in which the printed equations of motion are wrong, the largest first."""
     form = model_names("form")[-1]
-    wrong_entries = [
-        wrong for each in entries if each.model == form for wrong in each.wrong_entries()
-    ]
-    return sorted(wrong_entries, key=lambda wrong: -wrong.relative)
+    wrong = [wrong for each in entries if each.model == form for wrong in each.wrong_entries()]
+    return sorted(wrong, key=lambda each: -each.relative)
 
 
 @dataclass(frozen=True)

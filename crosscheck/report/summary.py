@@ -53,9 +53,7 @@ def summarize_agreement(agreement: Agreement) -> list[str]:
     measured = len(agreement.findings) - len(agreement.checks)
     more = f"; {format_count(measured, 'difference')} measured without a limit" if measured else ""
     lines.append(f"{describe_tally(agreement)}{more}")
-    wrong = [
-        f"wrong {entry.name}: {format_percent(entry.relative)}"
-        for entry in find_wrong_entries(agreement.entries)
-    ]
+    entries = find_wrong_entries(agreement.entries)
+    wrong = [f"wrong {entry.name}: {format_percent(entry.relative)}" for entry in entries]
     failed = [f"{f.verdict} {f.id}: {describe_outcome(f)}" for f in agreement.disagreeing]
     return [make_printable(line) for line in (*lines, *list_first(failed or wrong))]

@@ -28,6 +28,7 @@ from crosscheck.runner.interruption import SHOW_CURSOR, ignore_signals
 from crosscheck.runner.process_tree import (
     FORK_GUARD,
     adopt_orphans,
+    describe_end,
     end_descendants,
     end_with_parent,
     excess_reason,
@@ -158,10 +159,7 @@ class _Supervision:
         if self.stop_signal is not None:
             return 128 + self.stop_signal
         assert self.status is not None  # it has ended, by itself
-        code = os.waitstatus_to_exitcode(self.status)
-        how = f"its process ended with exit code {code}"
-        if code < 0:
-            how = f"its process was ended by {signal.Signals(-code).name}"
+        how = f"its process {describe_end(os.waitstatus_to_exitcode(self.status))}"
         if self.foreign_calls:
             return self._report_blame(f"{self.foreign_calls[-1][0]}: {how}", BAD_INPUT)
         return self._report_blame(f"came to no verdict: {how}", NO_VERDICT)

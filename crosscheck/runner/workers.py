@@ -34,6 +34,7 @@ from crosscheck.runner.process_tree import (
     FORK_GUARD,
     ProcessorTimes,
     adopt_orphans,
+    describe_end,
     end_descendants,
     end_with_parent,
     excess_reason,
@@ -229,11 +230,7 @@ class Workers:
         worker.kill()
         if worker.stop_reason:
             return Failure("TooSlow", worker.stop_reason, unfinished=True)
-        code = worker.process.exitcode
-        if code is not None and code < 0:
-            how = f"was ended by {signal.Signals(-code).name}"
-        else:
-            how = f"ended with exit code {code}"
+        how = describe_end(worker.process.exitcode)
         return Failure(DIED, f"the process of the model {how}")
 
 

@@ -67,10 +67,8 @@ class TrajectoryFile(NetcdfFile):
             self._require(self.content[name].dims == dims, f"{name} is not over {', '.join(dims)}")
         data, mechanism, laws = self.read_variables(names), self._read_mechanism(), switches()
         time, signals = self._even_times(data["time"].values), {n: data[n].values for n in names}
-        joints = len(mechanism.joints)
-        self._require(
-            signals["theta"].shape[1] == joints, f"joints are not the {mechanism.section}'s"
-        )
+        fits = signals["theta"].shape[1] == len(mechanism.joints)
+        self._require(fits, f"joints are not the {mechanism.section}'s")
         geared = np.flatnonzero([] if is_of_robot else mechanism.planet_counts)
         for name, values in signals.items():
             signal = values if values.ndim == 2 else values[:, geared, 0]

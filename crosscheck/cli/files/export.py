@@ -160,11 +160,9 @@ def _compile(command: list[str], library: Path) -> str:
 
 def build_model(arm: str, model: str, settings: list[str]) -> AnalyticModel:
     """The named model, whose equations are text. Raises InputError for any other."""
-    exportable_models = [
-        name for name in BUILT_IN if issubclass(load_model_class(name), AnalyticModel)
-    ]
-    if model not in exportable_models:
-        raise InputError("--model", "", model, f"must be one of {', '.join(exportable_models)}")
+    analytic = [name for name in BUILT_IN if issubclass(load_model_class(name), AnalyticModel)]
+    if model not in analytic:
+        raise InputError("--model", "", model, f"must be one of {', '.join(analytic)}")
     loaded = load_selection(arm, [], settings)
     switches = loaded.switches or usual_switches(loaded.arm)
     exported_model = build(model, loaded.arm, make_unequal_gains_scenario(loaded.arm), switches)

@@ -233,10 +233,8 @@ def _fields(record: Data, explained: bool) -> list[str]:
     lines = []
     for field in describe_fields(type(record)):
         value = getattr(record, field.name)
-        is_section = (
-            field.lists or isinstance(value, Mesh) or (explained and isinstance(value, Data))
-        )
-        if value is None or is_section:
+        has_lines = explained and isinstance(value, Data)
+        if value is None or field.lists or isinstance(value, Mesh) or has_lines:
             continue
         is_gravity = field.name == "gravity_m_per_s2"
         line = f"{field.name} = {_toml(value)}" if not is_gravity else GRAVITY
@@ -331,7 +329,6 @@ def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator
 def robot_template(robot: Robot, urdf: str, joint_lines: Iterable[str]) -> str:
     """The text of a robot's file, TOML."""
     head = {"schema_version": 1, "name": robot.name, "urdf": urdf}
-    fields = format_toml_fields(
-        {**head, "gravity_m_per_s2": robot.gravity.tolist(), "tip": robot.tip}
-    )
+    content = {**head, "gravity_m_per_s2": robot.gravity.tolist(), "tip": robot.tip}
+    fields = format_toml_fields(content)
     return "\n".join([ROBOT_HEAD.format(urdf=urdf), *fields, "", "[joints]", *joint_lines, ""])

@@ -37,8 +37,8 @@ def draw_pictures(runs: Mapping[RunKey, xr.Dataset | Failure]) -> Pictures:
     models = (*pair, *model_names("form")[-1:], *rigid.values())
     shown, levels = dict[str, dict[str, xr.Dataset]](), dict[str, str]()
     for name in sorted({key.experiment for key in runs}):
-        found = {model: runs.get(RunKey(name, model)) for model in models}
-        by_model = {model: run for model, run in found.items() if isinstance(run, xr.Dataset)}
+        outcomes = {model: runs.get(RunKey(name, model)) for model in models}
+        by_model = {model: run for model, run in outcomes.items() if isinstance(run, xr.Dataset)}
         if not by_model.keys() >= {*pair}:
             continue
         shown[name] = by_model

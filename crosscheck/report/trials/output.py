@@ -58,9 +58,8 @@ def _select_fields(record: Any, names: Sequence[str]) -> dict[str, Any]:
 
 def format_trial_junit(trial: Trial) -> str:
     """JUnit XML with a test case for each check."""
-    return format_junit(
-        trial.agreement, f"trial {trial.problem.name} {trial.problem.mechanism.name}"
-    )
+    problem = trial.problem
+    return format_junit(trial.agreement, f"trial {problem.name} {problem.mechanism.name}")
 
 
 def render_summary(trial: Trial) -> str:
