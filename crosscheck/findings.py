@@ -161,10 +161,8 @@ def make_share_check(
     of: the quantity whose size it is; reason: why the share is that large.
     """
     basis = f"{share:g} of {of}, {size:.3g} {about.unit}{reason}"
-    relative = measured / size if size else None
-    return make_check(
-        about, measured=measured, tolerance=share * size, basis=basis, relative=relative
-    )
+    tolerance, relative = share * size, measured / size if size else None
+    return make_check(about, measured=measured, tolerance=tolerance, basis=basis, relative=relative)
 
 
 def make_measurement(

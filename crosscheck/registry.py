@@ -166,14 +166,11 @@ _PINOCCHIO = Entry(
 
 
 BUILT_IN = {
-    "analytic:physical": Entry(
-        "crosscheck.analytic.model",
-        "PhysicalModel",
-        "geared",
-        BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
-        ANALYTIC_PACKAGES,
-        order=4,
-        abreast=KERNEL_LANES,
+    "analytic:physical": replace(
+        _RIGID,
+        attribute="PhysicalModel",
+        role="geared",
+        promises=BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),
     "analytic:energies": replace(

@@ -70,9 +70,7 @@ def _describe_field(name: str, info: FieldInfo, hint: Any, meaning: str) -> Fiel
     applies_to = next((str(part) for part in _parts(hint) if isinstance(part, SharedValue)), "")
     listed = any(get_origin(part) is tuple for part in _parts(hint))
     infos = [part for part in _parts(hint) if isinstance(part, FieldInfo)]
-    lengths = [
-        _describe_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata)
-    ]
+    limited = [i for i in infos if any(hasattr(e, "max_length") for e in i.metadata)]
     return FieldDescription(
         name=name,
         meaning=meaning,
@@ -80,7 +78,7 @@ def _describe_field(name: str, info: FieldInfo, hint: Any, meaning: str) -> Fiel
         required=info.is_required(),
         default=None if info.is_required() else info.get_default(call_default_factory=True),
         allowed="" if records else _describe_allowed(hint) + applies_to,
-        lists=lengths[0] if records and listed and not applies_to else "",
+        lists=_describe_count(limited[0]) if records and listed and not applies_to else "",
         records=tuple(records),
         applies_to=applies_to,
     )

@@ -175,11 +175,9 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> No
     if provenance.model != request.model:
         needed = f"a record of {request.model or 'all models'} is needed here"
         raise InputError("", "provenance.model", provenance.model or None, needed)
-    for field, requested_value, recorded_value in (
-        ("scenarios", request.scenarios, provenance.scenarios),
-        ("switches", request.chosen, provenance.switches),
-    ):
-        if requested_value != recorded_value:
+    requested = {"scenarios": request.scenarios, "switches": request.chosen}
+    for field, value in requested.items():
+        if value != getattr(provenance, field):
             raise InputError("", f"provenance.{field}", None, f"made with other {field} than these")
     then, now, digest = provenance.content, mechanism.content, mechanism_digest(mechanism)
     if then == now and provenance.arm_sha256 == digest:

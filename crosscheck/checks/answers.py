@@ -159,7 +159,5 @@ forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1
 energy = MethodQuestion("energy", ("q", "v"), ())
 momentum = MethodQuestion("momentum", ("q", "v"), (6,))
 tip = MethodQuestion("tip", ("q",), (3,))
-ROBOT_QUESTIONS = (
-    *(mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics),
-    *(energy, momentum, tip),
-)
+DYNAMICS = mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics
+ROBOT_QUESTIONS = *DYNAMICS, energy, momentum, tip

@@ -81,10 +81,8 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     if any(sampled.setting.robot.friction.any() for sampled in subjects.robots):
         yield "energy of runs is asked of the robot without its friction"
     if any(sampled.setting.level == "geared" for sampled in subjects.robots):
-        yield (
-            "geared: order and energy are not asked of runs, since teeth that part have kinks, and"
-            " springs and dampers energy of their own"
-        )
+        why = "teeth that part have kinks, and springs and dampers energy of their own"
+        yield f"geared: order and energy are not asked of runs, since {why}"
 
 
 def _plan_order(experiment: ExperimentPlan, model: str) -> Comparison:

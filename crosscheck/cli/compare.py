@@ -78,10 +78,8 @@ def compare_command(
             raise InputError(each.where, "", None, reason)
     with show_progress(f"comparing {make_printable(str(record))}") as progress:
         comparison = compare(mechanism, records, transmission, progress, knowledge, tolerances)
-    requests: list[FileRequest] = [
-        (json_file, lambda: comparison_json(comparison)),
-        (page, lambda: comparison_page(comparison)),
-    ]
+    requests: list[FileRequest] = [(json_file, lambda: comparison_json(comparison))]
+    requests.append((page, lambda: comparison_page(comparison)))
     if (excitation := comparison.excitation) is not None:
         requests.append((table, lambda: format_excitation(excitation, mechanism.robot.slides)))
     print_and_write(describe_comparison(comparison), *requests)

@@ -238,10 +238,8 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
         name = f"M_{index}, equivalent mass of {part}"
         yield DerivedQuantity(name, mass, "kg", f"M_{index}")
         yield DerivedQuantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
-    for part, equivalent_mass, mass in (
-        ("sun", masses[0], joint.sun_mass_kg),
-        ("planet", masses[1], joint.planet_mass_kg),
-    ):
+    given = {"sun": joint.sun_mass_kg, "planet": joint.planet_mass_kg}
+    for (part, mass), equivalent_mass in zip(given.items(), masses, strict=False):
         if mass:
             ratio = math.sqrt(equivalent_mass / mass)
             yield DerivedQuantity(f"{part}: radius of gyration over base radius", ratio)

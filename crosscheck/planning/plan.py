@@ -76,10 +76,8 @@ RESERVED_NAMES = (
 )
 
 # Of runs that choose their own steps.
-RTOL: dict[str, float] = {
-    **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),
-    **dict.fromkeys(("reference-coarse", "precise-coarse"), COARSE_RTOL),
-}
+RTOL = dict.fromkeys(("reference", "precise"), REFERENCE_RTOL)
+RTOL |= dict.fromkeys(("reference-coarse", "precise-coarse"), COARSE_RTOL)
 
 
 class Experiment(ExperimentPlan):

@@ -38,13 +38,8 @@ class CheckResult(Agreement):
         """Write index.html and agreement.json, as `crosscheck run` does. Raises InputError."""
         from crosscheck.report.html import write_report  # Matplotlib, for a page alone
 
-        assert self.cross_check is not None  # as made by make_check_result
+        assert self.cross_check is not None  # as made by crosscheck.check
         write_report(self.cross_check, Path(folder))
-
-
-def make_check_result(cross_check: CrossCheck) -> CheckResult:
-    """The result of a cross-check."""
-    return CheckResult(**vars(cross_check.agreement), cross_check=cross_check)
 
 
 def summarize_agreement(agreement: Agreement) -> list[str]:

@@ -24,7 +24,7 @@ from crosscheck.cli.environment import occupy_streams
 from crosscheck.models.errors import PROGRAM, format_line
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
-from crosscheck.runner.interruption import SHOW_CURSOR, ignore_signals
+from crosscheck.runner.interruption import SHOW_CURSOR, SIGNALS, ignore_signals
 from crosscheck.runner.process_tree import (
     FORK_GUARD,
     adopt_orphans,
@@ -39,7 +39,6 @@ BAD_INPUT, NO_VERDICT = 2, 3
 LEAST_FILES = 64  # open at once: a cross-check on two processes has 30
 CHUNK = 65536
 CLOSING_S = 5.0  # time between the verdict and the end of the process [s]
-SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 # From the command to whoever waits for it: the pipe, and the process whose word counts.

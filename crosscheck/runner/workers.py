@@ -28,7 +28,7 @@ from typing import Any, Self
 
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
-from crosscheck.runner.interruption import cleanup_callbacks
+from crosscheck.runner.interruption import SIGNALS, cleanup_callbacks
 from crosscheck.runner.outcomes import DIED, Failure, Task, failure_from_error
 from crosscheck.runner.process_tree import (
     FORK_GUARD,
@@ -46,7 +46,6 @@ CLOSING_S = 5.0  # time between the end of a process's pipes and its own end [s]
 # A worker is alone for so much processor time [s], which others take to begin, or so long [s].
 ALONE_S, WAITED_S = 1.0, 10.0
 LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
-SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 def perform_all(tasks: Sequence[Task], jobs: int) -> dict[Any, Any]:

@@ -95,11 +95,9 @@ def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
 
 
 def _make_picture(parts: Iterable[str], lines: Iterable[str]) -> str:
-    return (
-        f'<svg class="scheme" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
-        f' aria-label="{escape(". ".join(lines))}">'
-        f"{''.join(parts)}</svg>"
-    )
+    box, label = f"0 0 {WIDTH:g} {HEIGHT:g}", escape(". ".join(lines))
+    head = f'<svg class="scheme" viewBox="{box}" role="img" aria-label="{label}">'
+    return f"{head}{''.join(parts)}</svg>"
 
 
 def _draw_base(at: complex) -> str:
@@ -108,10 +106,8 @@ def _draw_base(at: complex) -> str:
 
 
 def _draw_link(start: complex, end: complex) -> str:
-    return (
-        f'<line class="link" x1="{start.real:.1f}" y1="{start.imag:.1f}" x2="{end.real:.1f}"'
-        f' y2="{end.imag:.1f}"/>'
-    )
+    ends = f'x1="{start.real:.1f}" y1="{start.imag:.1f}" x2="{end.real:.1f}" y2="{end.imag:.1f}"'
+    return f'<line class="link" {ends}/>'
 
 
 def _draw_joint(joint: Joint, at: complex, scale: float) -> Iterator[str]:

@@ -88,9 +88,7 @@ class Signals:
 def format_signals(signal_sets: Sequence[Signals]) -> dict[str, object]:
     """Data for the page's script: experiments, and each quantity's unit and meaning."""
     used = dict.fromkeys(line.quantity for each in signal_sets for line in each.lines)
-    quantities = {
-        name: {"unit": format_unit(unit_of(name)), "meaning": meaning_of(name)} for name in used
-    }
+    quantities = {n: {"unit": format_unit(unit_of(n)), "meaning": meaning_of(n)} for n in used}
     return {"experiments": [asdict(each) for each in signal_sets], "quantities": quantities}
 
 
