@@ -37,9 +37,7 @@ JUNIT = FileType(
 )
 PAGE = FileType("a cross-check's page", HTML, (b"<title>Cross-check of ",))
 TRIAL_PAGE = FileType("a trial's page", HTML, (b"<title>Trial of ",))
-PAPER_PAGE = FileType(
-    "the paper's page", HTML, (b"<title>The paper, reproduced and judged</title>",)
-)
+PAPER_PAGE = FileType("the paper's page", HTML, (b"<title>The paper, reproduced and judged<",))
 VIEW = FileType("a run's page", HTML, (b"<title>Run of ", b'id="scene-data"'))
 TRAJECTORY = FileType("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = FileType("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))

@@ -230,12 +230,8 @@ class EntryDifferences:
 
     def wrong_entries(self) -> list[WrongEntry]:
         """The entries beyond the tolerance, largest first; M_ij and M_ji are one."""
-        beyond = {
-            (i, j): value
-            for i, row in enumerate(self.relative)
-            for j, value in enumerate(row)
-            if not value <= self.tolerance
-        }
+        values = ((i, j, x) for i, row in enumerate(self.relative) for j, x in enumerate(row))
+        beyond = {(i, j): x for i, j, x in values if not x <= self.tolerance}
         entries = []
         for i, j in beyond:
             pair = ((i, j),) if i == j or (j, i) not in beyond else ((i, j), (j, i))

@@ -139,8 +139,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         if sampled.setting.level == "links" and find_base_joints(sampled.setting.robot):
             yield sampled.plan_law("base-momentum", [base_momenta], _check_momenta)
         if sampled.setting.robot.gravity.any():
-            questions = gravity, momentum
-            yield sampled.plan_law("linear-momentum", questions, _check_momentum)
+            yield sampled.plan_law("linear-momentum", (gravity, momentum), _check_momentum)
         # Of geared robots contacts spoil the order of steps.
         has_runs = sampled.setting.has_runs and sampled.setting.level != "geared"
         if has_runs and find_conserved_directions(sampled.setting.robot).size:

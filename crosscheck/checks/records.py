@@ -164,8 +164,7 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
             apart = "planets that count as one are apart at the start, and ever after"
             raise InconsistentRun(apart)
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
-    times = run["time"].values
-    again = _compute_variables(model, times[at], q[at], v[at])
+    again = _compute_variables(model, run["time"].values[at], q[at], v[at])
     placed = EPS * reach * largest_stiffness(model.arm) / tolerance
     for name, size in _sizes(run, model, q[0], placed).items():
         recorded = _recorded_values(run, at, name, model)

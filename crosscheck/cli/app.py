@@ -268,7 +268,7 @@ def trial(
         settings=settings or [],
         quick=quick,
         seed=seed,
-        jobs=jobs,
+        jobs=jobs or os.cpu_count() or 1,
         json_file=json_file,
         junit=junit,
         out=out,

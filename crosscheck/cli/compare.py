@@ -74,8 +74,7 @@ def compare_command(
     for each in records:
         if each.motor_torque is None and each.joint_torque is None:
             columns = "columns must be torque_1_N_m, ..., or --scenario says whose drive"
-            reason = f"has no torques; {columns}"
-            raise InputError(each.where, "", None, reason)
+            raise InputError(each.where, "", None, f"has no torques; {columns}")
     with show_progress(f"comparing {make_printable(str(record))}") as progress:
         comparison = compare(mechanism, records, transmission, progress, knowledge, tolerances)
     requests: list[FileRequest] = [(json_file, lambda: comparison_json(comparison))]

@@ -65,11 +65,7 @@ def list_beyond_ranges(mechanism: Mechanism, positions: np.ndarray) -> str:
     if not isinstance(mechanism, Robot):
         return ""
     extremes = zip(mechanism.joints, positions.min(axis=0), positions.max(axis=0), strict=True)
-    beyond = [
-        joint.name
-        for joint, lowest, highest in extremes
-        if lowest < joint.limits.lower or highest > joint.limits.upper
-    ]
+    beyond = [j.name for j, low, high in extremes if low < j.limits.lower or high > j.limits.upper]
     return f"; beyond the ranges, which no model enforces: {', '.join(beyond)}" if beyond else ""
 
 

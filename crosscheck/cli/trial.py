@@ -78,17 +78,14 @@ def _try_equations(request: TrialRequest) -> Any:
 
 @dataclass(frozen=True)
 class TrialOptions:
-    """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table.
-
-    jobs: None if the command line does not state it.
-    """
+    """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table."""
 
     names: tuple[str, ...]
     scenarios: list[str]
     settings: list[str]
     quick: bool
     seed: int
-    jobs: int | None
+    jobs: int
     json_file: Path | None
     junit: Path | None
     out: Path | None
@@ -97,11 +94,6 @@ class TrialOptions:
     after: tuple[Path, ...]
     coordinates: Path | None
     run_code: bool
-
-    @property
-    def processes(self) -> int:
-        """Number of processes that work: all cores by default."""
-        return self.jobs or os.cpu_count() or 1
 
     @property
     def page(self) -> Path | None:
@@ -172,7 +164,7 @@ def _make_request(
     options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
     """The trial of equations from a table, an FMU or the model. Raises InputError."""
-    quick, seed, jobs = options.quick, options.seed, options.processes
+    quick, seed, jobs = options.quick, options.seed, options.jobs
     if options.answers:
         table = options.table()
         equations = build_table_equations(read_trial_answers(table, options.answers))
@@ -199,7 +191,7 @@ def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: Selecti
     experiment = chosen.arm, chosen.scenarios, laws
     name = options.fmu.name
     with show_progress(f"running {make_printable(name)}") as progress:
-        agreement = compare_unit_runs(unit, name, *experiment, options.processes, progress)
+        agreement = compare_unit_runs(unit, name, *experiment, options.jobs, progress)
     named = write_requested(
         (options.json_file, lambda: format_agreement_json(agreement, chosen.arm)),
         (options.junit, lambda: format_junit(agreement, f"trial {name} {chosen.arm.name}")),

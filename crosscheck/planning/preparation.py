@@ -145,10 +145,8 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
         _key(each.name, "growth-rate"): Query(find_growing_mode, each.case[:2], 0.5)
         for each in outline
     }
-    steps = {
-        _key(each.name, "step"): Query(refine_until_resolved, (request, each), 5.0)
-        for each in ([] if request.has_fixed_steps else started)
-    }
+    free = [] if request.has_fixed_steps else started
+    steps = {_key(e.name, "step"): Query(refine_until_resolved, (request, e), 5.0) for e in free}
     answers = _run_queries(growths | steps, workers, failures)
     fine = answers[len(growths) :] or [None] * len(started)
     experiments = [

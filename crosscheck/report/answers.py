@@ -314,14 +314,9 @@ def answer_questions(agreement: Agreement, mechanism: Mechanism) -> Answers:
     outline: ReportOutline = supply("outline", mechanism.section)(mechanism)
     rows = compare_models(agreement, outline)
     answer_on_levels = supply("answer_on_levels", mechanism.section)
-    return Answers(
-        describe_verdict(agreement),
-        tuple(rows),
-        answer_on_equations(rows, outline),
-        answer_on_levels(agreement, mechanism) if outline.has_levels else "",
-        answer_on_trust(agreement, outline),
-        outline,
-    )
+    rigid = answer_on_levels(agreement, mechanism) if outline.has_levels else ""
+    texts = answer_on_equations(rows, outline), rigid, answer_on_trust(agreement, outline)
+    return Answers(describe_verdict(agreement), tuple(rows), *texts, outline)
 
 
 def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
@@ -339,15 +334,10 @@ def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
         }
         for row in answers.rows
     ]
-    entries = [
-        {
-            **to_json_value(each),
-            "wrong": [
-                {"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong_entries()
-            ],
-        }
-        for each in agreement.entries
-    ]
+    entries = []
+    for each in agreement.entries:
+        wrong = [{"entry": e.name, "relative": e.relative} for e in each.wrong_entries()]
+        entries.append({**to_json_value(each), "wrong": wrong})
     answer_records = {
         "verdict": answers.verdict,
         "equations": {"answer": answers.equations, "models": models, "entries": entries},

@@ -133,8 +133,7 @@ def _planet_signal(run: Run, name: str, place: int, joint: Planetary) -> np.ndar
 def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[str, Any]]]:
     """Close-ups of the first planet's meshes, by side; none of a run without teeth."""
     for side in SIDES:
-        names = MESHES[side]
-        x, force = (_planet_signal(run, name, place, joint) for name in names)
+        x, force = (_planet_signal(run, name, place, joint) for name in MESHES[side])
         if x is None or force is None:
             continue
         gap = x[:, 0] - first_tooth_error(run, place, joint, side)

@@ -162,8 +162,7 @@ def draw_run_comparison(reference_run: xr.Dataset, other_run: xr.Dataset) -> str
 
 def draw_level_deviations(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
     """Deviation of every rigid level from the geared arm, joint by joint."""
-    joints = geared["joint"].size
-    figure, grid = make_figure(1, joints, 2.6)
+    figure, grid = make_figure(1, geared["joint"].size, 2.6)
     for joint, axes in enumerate(grid[0]):
         for colour, (level, run) in zip(COLOURS, rigid.items(), strict=False):
             gap = run["theta"].values[:, joint] - geared["theta"].values[:, joint]
