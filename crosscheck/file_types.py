@@ -30,11 +30,8 @@ RECORD = FileType("a record", b'{\n "checks": ', ())  # also a damaged one, whic
 ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', PROVENANCE))
 CLAIMS = FileType("a file of the paper's claims", JSON, (b'\n "chapters": {', PROVENANCE))
 VERDICTS = FileType("a file of a paper's verdicts", JSON, (b'\n "claims": [', b'\n "title": '))
-JUNIT = FileType(
-    "a cross-check's JUnit file",
-    b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
-    (b'<property name="arm_sha256" ',),
-)
+XML_OF_TESTS = b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="'
+JUNIT = FileType("a cross-check's JUnit file", XML_OF_TESTS, (b'<property name="arm_sha256" ',))
 PAGE = FileType("a cross-check's page", HTML, (b"<title>Cross-check of ",))
 TRIAL_PAGE = FileType("a trial's page", HTML, (b"<title>Trial of ",))
 PAPER_PAGE = FileType("the paper's page", HTML, (b"<title>The paper, reproduced and judged<",))

@@ -102,8 +102,5 @@ def cases_by_run(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
 
 def runs_by_key(results: Results) -> dict[RunKey, xr.Dataset | Failure]:
     """The runs among all outcomes, by key: a trajectory, or why there is none."""
-    return {
-        key: outcome
-        for key, outcome in results.outcomes.items()
-        if isinstance(key, RunKey) and not isinstance(outcome, np.ndarray)
-    }
+    runs = ((key, run) for key, run in results.outcomes.items() if isinstance(key, RunKey))
+    return {key: run for key, run in runs if not isinstance(run, np.ndarray)}

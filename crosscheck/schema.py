@@ -43,10 +43,8 @@ def describe_fields(record: type[Data]) -> tuple[FieldDescription, ...]:
     hints = get_type_hints(record, include_extras=True)
     holders = [base for base in reversed(record.__mro__) if issubclass(base, Data)]
     meanings = {name: text for base in holders for name, text in _read_meanings(base).items()}
-    return tuple(
-        _describe_field(name, info, hints[name], meanings.get(name, ""))
-        for name, info in record.model_fields.items()
-    )
+    fields = record.model_fields.items()
+    return tuple(_describe_field(n, info, hints[n], meanings.get(n, "")) for n, info in fields)
 
 
 @cache

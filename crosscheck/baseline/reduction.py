@@ -143,9 +143,8 @@ def compute_bounds(key: RunKey, result: CrossCheck) -> RunBounds:
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     pair = _find_pair(key.experiment, runs)
     # A coarser run at the same step is one whose integrator chooses its own, as references do.
-    adaptive_steps = key.variant == "reference" or (
-        coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
-    )
+    has_same_step = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
+    adaptive_steps = key.variant == "reference" or has_same_step
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
         measured = _refinement_uncertainty(run, coarse, quantity)

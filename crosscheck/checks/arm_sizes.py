@@ -44,11 +44,8 @@ ROUNDINGS, ROUNDINGS_OF_M = 50, 200
 # Quantities with forces of teeth, whose displacements are small differences of large arcs.
 OF_TEETH = ("generalized_force", "corner_force", "acceleration")
 FORCE = "torques, largest weight and friction of a joint; teeth at the largest displacement"
-WORDS = {
-    **SIZE_WORDS,
-    **dict.fromkeys(("generalized_force", "corner_force"), FORCE),
-    "acceleration": "|M^-1| times force, bias and |M| |a|",
-}
+WORDS = SIZE_WORDS | dict.fromkeys(("generalized_force", "corner_force"), FORCE)
+WORDS["acceleration"] = "|M^-1| times force, bias and |M| |a|"
 
 
 @dataclass(frozen=True)

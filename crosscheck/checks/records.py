@@ -277,11 +277,8 @@ def _compute_variables(
     torque = torques_along(drive, t, q[:, layout.theta], v[:, layout.theta])
     acceleration = ask(model, "acceleration", q.shape, t, q, v)
     inertia = ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
-    values = {
-        "theta_ddot": acceleration[:, layout.theta],
-        "torque": torque,
-        "kinetic_energy": np.einsum("si,sij,sj->s", v, inertia, v) / 2,
-    }
+    values = {"theta_ddot": acceleration[:, layout.theta], "torque": torque}
+    values["kinetic_energy"] = np.einsum("si,sij,sj->s", v, inertia, v) / 2
     if layout.mesh_joints:
         # With meshes that do not slide no damper acts, but motor and springs do.
         still = np.where(layout.angular, v, 0.0)

@@ -326,11 +326,10 @@ def make_order_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[
         start=start,
         drive=sizing.make_torque_drive(largest_torques(arm, first.case.scenario)),
     )
-    arms = {"order-smooth": remove_backlash(arm), "order-impact": arm}
-    return [
-        Experiment(name, Case(each, scenario, usual_switches(arm)), purpose="order")
-        for name, each in arms.items()
-    ]
+    impact = Case(arm, scenario, usual_switches(arm))
+    smooth = impact._replace(arm=remove_backlash(arm))
+    cases = {"order-smooth": smooth, "order-impact": impact}
+    return [Experiment(name, case, purpose="order") for name, case in cases.items()]
 
 
 def make_energy_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:

@@ -165,10 +165,8 @@ def begin_scenario(model: RobotModel, case: RobotLevel, scenario: Scenario) -> S
     duration = min(case.run_s, stable_s, scenario.duration_s)
     while True:
         update = {"start": deep, "duration_s": duration, "record_every": 1}
-        coarse, fine = (
-            scenario.model_copy(update={**update, "step_s": duration / count})
-            for count in (steps, 2 * steps)
-        )
+        coarse = scenario.model_copy(update={**update, "step_s": duration / steps})
+        fine = coarse.model_copy(update={"step_s": duration / (2 * steps)})
         with suppress(Diverged):
             (q, _), (fine_q, _) = model.integrate(coarse), model.integrate(fine)
             motion = np.abs(q[-1] - q[0]).max()
@@ -188,10 +186,8 @@ def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
     q, v, torques = (np.vstack([each, each[:1]]) for each in (*free[:2], 0 * free.torques))
     for values, first in zip((q, v, torques), start, strict=True):
         values[-1, : case.free] = first
-    coarse, fine = (
-        integrate(model, q, v, lambda time: torques, case.run_s, steps)[0]
-        for steps in (engines.STEPS, 2 * engines.STEPS)
-    )
+    run = partial(integrate, model, q, v, lambda time: torques, case.run_s)
+    (coarse, _), (fine, _) = run(engines.STEPS), run(2 * engines.STEPS)
     if not (np.isfinite(coarse).all() and np.isfinite(fine).all()):
         return False
     differences, motions = (np.abs(fine - other).max(axis=1) for other in (coarse, q))

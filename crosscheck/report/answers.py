@@ -322,6 +322,7 @@ def answer_questions(agreement: Agreement, mechanism: Mechanism) -> Answers:
 def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
     """JSON text by crosscheck/schema/agreement.schema.json, the answers before the findings."""
     whole, answers = agreement.to_dict(), answer_questions(agreement, mechanism)
+    version = whole.pop("schema_version")
     models = [
         {
             "model": row.model,
@@ -344,6 +345,4 @@ def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
         "rigid": {"answer": answers.rigid},
         "trust": {"answer": answers.trust},
     }
-    return format_json(
-        {"schema_version": whole.pop("schema_version"), "answers": answer_records, **whole}
-    )
+    return format_json({"schema_version": version, "answers": answer_records, **whole})

@@ -34,9 +34,9 @@ ENTRIES = [
 
 def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     row = (0.0, 1e-10, 1.1e-10, 9e-7, 1e-6, 1e-4, 9.9e-3, 0.01, 3.0, np.nan)
-    found = make_heat_map("M", ("a",), [str(value) for value in row], (row,), 1e-10)
+    found = make_heat_map("M", [str(value) for value in row], np.tile(row, (10, 1)), 1e-10)
     assert [cell.shade for cell in found.cells[0]] == [0, 0, 1, 1, 2, 3, 3, 4, 4, 4]
-    assert found.described == "M: 8 of 10 entries differ"
+    assert found.described == "M: 80 of 100 entries differ"
 
 
 def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
@@ -49,7 +49,7 @@ def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
 
 @pytest.mark.parametrize(("count", "is_wide"), [(8, False), (9, True)])
 def test_names_of_more_than_eight_columns_are_written_upwards(count, is_wide):
-    assert make_heat_map("M", "a", "b" * count, [[0.0] * count], 0.0).is_wide is is_wide
+    assert make_heat_map("M", "b" * count, np.zeros((count, count)), 0.0).is_wide is is_wide
 
 
 def ignored(name, value, *parts, **goes_with):

@@ -87,11 +87,8 @@ def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
     left, low = min(p.real for p in points), min(p.imag for p in points)
     wide, high = max(p.real for p in points) - left, max(p.imag for p in points) - low
     scale = min((WIDTH - 2 * MARGIN) / max(wide, 1e-9), (HEIGHT - 2 * MARGIN) / max(high, 1e-9))
-    placed = [
-        complex(MARGIN + scale * (p.real - left), HEIGHT - MARGIN - scale * (p.imag - low))
-        for p in points
-    ]
-    return placed, scale
+    base, corner = complex(left, low), complex(MARGIN, HEIGHT - MARGIN)
+    return [corner + scale * (p - base).conjugate() for p in points], scale
 
 
 def _make_picture(parts: Iterable[str], lines: Iterable[str]) -> str:

@@ -126,10 +126,7 @@ def _signals(
 ) -> Signals:
     """The signals of one experiment; widths: records in a bin of the whole run, by quantity."""
     time = runs[reference]["time"].values
-    tables = {
-        quantity: {line.name: each for line, each in values.items() if line.quantity == quantity}
-        for quantity in widths
-    }
+    tables = {q: {line.name: v for line, v in values.items() if line.quantity == q} for q in widths}
     binned = {quantity: table for quantity, table in tables.items() if widths[quantity] > 1}
     windows = []
     for title, begin, end in _events(time, runs[reference], values):

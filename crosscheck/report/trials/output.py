@@ -7,7 +7,7 @@ from typing import Any
 
 from crosscheck.models.errors import make_printable
 from crosscheck.report.finding_groups import list_findings
-from crosscheck.report.heat_map import HeatMap, make_entry_map
+from crosscheck.report.heat_map import HeatMap, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
@@ -88,9 +88,9 @@ def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
     names = trial.problem.names
     for part in trial.parts:
         if part.relative.ndim < 3:
-            yield make_entry_map(part.title, names, part.relative, part.allowed)
+            yield make_heat_map(part.title, names, part.relative, part.allowed)
             continue
         for name, relative in zip(names, part.relative, strict=True):
             if not (relative <= part.allowed).all():
                 title = f"{part.title} of {name}, by rates"
-                yield make_entry_map(title, names, relative, part.allowed)
+                yield make_heat_map(title, names, relative, part.allowed)
