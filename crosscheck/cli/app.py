@@ -8,7 +8,7 @@ import sys
 import traceback
 import webbrowser
 from contextlib import redirect_stdout
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -32,23 +32,20 @@ from crosscheck.models.errors import (
 from crosscheck.models.refusals import refuse
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
-app = typer.Typer(
-    no_args_is_help=True,
+make_group = partial(typer.Typer, no_args_is_help=True)
+app = make_group(
     help="Check hand-derived equations of motion of any arm or robot against independent engines.",
     pretty_exceptions_enable=False,
 )
 
-baseline = typer.Typer(
-    no_args_is_help=True, help="Record a cross-check, and find out later what changed."
-)
+baseline = make_group(help="Record a cross-check, and find out later what changed.")
 app.add_typer(baseline, name="baseline")
-cache = typer.Typer(no_args_is_help=True, help="Show or clear the files kept between runs.")
+cache = make_group(help="Show or clear the files kept between runs.")
 app.add_typer(cache, name="cache")
 
 File = Path | None  # type of optional file options
 Text = str | None
 Texts = list[str] | None
-ArmName = Annotated[str, Argument(metavar="ARM", help="Built-in name or TOML file.")]
 NAMES = "Name or TOML file of an arm or robot; or a URDF or MJCF."
 MechanismName = Annotated[str, Argument(metavar="ARM", help=NAMES)]
 Quick = Annotated[bool, Option("--quick", help="Fewer states, shorter runs.")]

@@ -156,16 +156,14 @@ def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[
 def first_tooth_error(run: Run, place: int, joint: Planetary, side: Side) -> np.ndarray:
     """Tooth error e [m] of the first planet's mesh with sun or ring during a run, (times,)."""
     geometry, laws = stage_geometry(joint), run.laws
-    sun, ring = mesh_phases(joint, 0)
+    offsets = dict(zip(SIDES, mesh_phases(joint, 0), strict=True))
     mesh = (joint.sun_mesh if side == "sun" else joint.ring_mesh).planet_mesh(0)
-    if side == "sun":
-        offset, rate = sun, sun_mesh_rate(joint, geometry)
-    else:
-        offset, rate = ring, ring_mesh_rate(joint, geometry, laws.ring_rate)
+    rates_by_side = {"sun": sun_mesh_rate(joint, geometry)}
+    rates_by_side["ring"] = ring_mesh_rate(joint, geometry, laws.ring_rate)
     theta = run.signals["theta"][:, place]
     rates = run.signals["theta_dot"][:, place] if laws.phase == "omega_t" else np.zeros_like(theta)
     law = OMEGA_T if laws.phase == "omega_t" else ANGLE
-    phase = mesh_phase(law, rate, offset, run.time, theta, rates)
+    phase = mesh_phase(law, rates_by_side[side], offsets[side], run.time, theta, rates)
     return total_error(phase, mesh.tooth_error_m, mesh.tooth_error_phase_rad, mesh.static_error_m)
 
 
