@@ -46,6 +46,7 @@ app.add_typer(cache, name="cache")
 File = Path | None  # type of optional file options
 Text = str | None
 Texts = list[str] | None
+ArmName = Annotated[str, Argument(metavar="ARM", help="Built-in name or TOML file.")]
 NAMES = "Name or TOML file of an arm or robot; or a URDF or MJCF."
 MechanismName = Annotated[str, Argument(metavar="ARM", help=NAMES)]
 Quick = Annotated[bool, Option("--quick", help="Fewer states, shorter runs.")]
