@@ -9,7 +9,7 @@ import sys
 from typing import NoReturn
 
 from crosscheck.runner import interruption
-from crosscheck.runner.supervision import SIGNALS, run_supervised
+from crosscheck.runner.supervision import run_supervised
 
 FEW_OBJECTS = 10_000  # before cycles are searched for: Python's own 700 cost imports a sixth more
 
@@ -24,7 +24,7 @@ def command() -> NoReturn:
     gc.set_threshold(FEW_OBJECTS)
     try:
         interruption.listen()
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, interruption.SIGNALS)
         logging.basicConfig(format="crosscheck: %(message)s")
         from crosscheck.cli.app import main as run
 

@@ -98,8 +98,9 @@ def check(
         Unfinished: Models that prepare the experiments do not answer.
     """
     from crosscheck.planning.plan import request_cross_check
-    from crosscheck.report.summary import make_check_result
+    from crosscheck.report.summary import CheckResult
     from crosscheck.run import run_cross_check
 
     request = request_cross_check(adopt_mechanism(arm, scenarios), quick, seed)
-    return make_check_result(run_cross_check(request, jobs=jobs))
+    checked = run_cross_check(request, jobs=jobs)
+    return CheckResult(**vars(checked.agreement), cross_check=checked)

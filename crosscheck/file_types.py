@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import NamedTuple
 
-PIECE = 1 << 20  # bytes looked at together
 JSON = b'{\n "schema_version": '
+PROVENANCE = b'\n "provenance": {'
 HTML = b"<!doctype html>"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -20,28 +22,19 @@ class FileType(NamedTuple):
     holds: tuple[bytes, ...]
 
 
-AGREEMENT = FileType(
-    "a cross-check's JSON file", JSON, (b'\n "findings": [', b'\n "provenance": {')
-)
+AGREEMENT = FileType("a cross-check's JSON file", JSON, (b'\n "findings": [', PROVENANCE))
 TRIAL = FileType(
     "a trial's JSON file", JSON, (b'\n "equations": ', b'\n "headline": ', b'\n "agreement": {')
 )
 RECORD = FileType("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
-ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provenance": {'))
-CLAIMS = FileType(
-    "a file of the paper's claims", JSON, (b'\n "chapters": {', b'\n "provenance": {')
-)
+ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', PROVENANCE))
+CLAIMS = FileType("a file of the paper's claims", JSON, (b'\n "chapters": {', PROVENANCE))
 VERDICTS = FileType("a file of a paper's verdicts", JSON, (b'\n "claims": [', b'\n "title": '))
-JUNIT = FileType(
-    "a cross-check's JUnit file",
-    b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
-    (b'<property name="arm_sha256" ',),
-)
+XML_OF_TESTS = b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="'
+JUNIT = FileType("a cross-check's JUnit file", XML_OF_TESTS, (b'<property name="arm_sha256" ',))
 PAGE = FileType("a cross-check's page", HTML, (b"<title>Cross-check of ",))
 TRIAL_PAGE = FileType("a trial's page", HTML, (b"<title>Trial of ",))
-PAPER_PAGE = FileType(
-    "the paper's page", HTML, (b"<title>The paper, reproduced and judged</title>",)
-)
+PAPER_PAGE = FileType("the paper's page", HTML, (b"<title>The paper, reproduced and judged<",))
 VIEW = FileType("a run's page", HTML, (b"<title>Run of ", b'id="scene-data"'))
 TRAJECTORY = FileType("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = FileType("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
@@ -63,24 +56,18 @@ FILE_TYPES = tuple(each for each in list(globals().values()) if isinstance(each,
 
 def identify_file_type(content: bytes) -> FileType | None:
     """The kind of a file's content; None where it is of none."""
-    for kind in FILE_TYPES:
-        if content.startswith(kind.begins) and all(mark in content for mark in kind.holds):
-            return kind
-    return None
+    return next((kind for kind in FILE_TYPES if _is_of_type(content, kind)), None)
 
 
 def is_file_of_type(path: Path, kind: FileType) -> bool:
     """Whether a file is of a kind, or empty. Raises OSError."""
-    missing = list(kind.holds)
     with path.open("rb") as file:
-        piece = file.read(PIECE)
-        if not piece:
+        if not os.fstat(file.fileno()).st_size:
             return True
-        if not piece.startswith(kind.begins):
-            return False
-        overlap = max(map(len, missing), default=1)
-        while piece and missing:
-            missing = [mark for mark in missing if mark not in piece]
-            following = file.read(PIECE)
-            piece = following and piece[-overlap:] + following
-    return not missing
+        with mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+            return _is_of_type(content, kind)
+
+
+def _is_of_type(content: bytes | mmap, kind: FileType) -> bool:
+    is_begun = content[: len(kind.begins)] == kind.begins
+    return is_begun and all(content.find(mark) >= 0 for mark in kind.holds)

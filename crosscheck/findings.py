@@ -149,9 +149,8 @@ def make_check(
     verdict: Verdict = "agree" if measured <= tolerance else "differ"
     if verdict == "agree" and not resolved:
         verdict = "unresolved"
-    return Finding(
-        about, "check", verdict, measured, tolerance, basis, _replace_nonfinite(relative), note
-    )
+    relative = _replace_nonfinite(relative)
+    return Finding(about, "check", verdict, measured, tolerance, basis, relative, note)
 
 
 def make_share_check(
@@ -162,10 +161,8 @@ def make_share_check(
     of: the quantity whose size it is; reason: why the share is that large.
     """
     basis = f"{share:g} of {of}, {size:.3g} {about.unit}{reason}"
-    relative = measured / size if size else None
-    return make_check(
-        about, measured=measured, tolerance=share * size, basis=basis, relative=relative
-    )
+    tolerance, relative = share * size, measured / size if size else None
+    return make_check(about, measured=measured, tolerance=tolerance, basis=basis, relative=relative)
 
 
 def make_measurement(
@@ -233,12 +230,8 @@ class EntryDifferences:
 
     def wrong_entries(self) -> list[WrongEntry]:
         """The entries beyond the tolerance, largest first; M_ij and M_ji are one."""
-        beyond = {
-            (i, j): value
-            for i, row in enumerate(self.relative)
-            for j, value in enumerate(row)
-            if not value <= self.tolerance
-        }
+        values = ((i, j, x) for i, row in enumerate(self.relative) for j, x in enumerate(row))
+        beyond = {(i, j): x for i, j, x in values if not x <= self.tolerance}
         entries = []
         for i, j in beyond:
             pair = ((i, j),) if i == j or (j, i) not in beyond else ((i, j), (j, i))
@@ -296,11 +289,10 @@ class Agreement:
     @property
     def exit_code(self) -> int:
         """Exit code: 0 if all checks agree, 3 if all others are unfinished; 1 also without any."""
-        if self.disagreeing and all(
-            finding.verdict == "unfinished" for finding in self.disagreeing
-        ):
+        red = self.disagreeing
+        if red and all(finding.verdict == "unfinished" for finding in red):
             return UNFINISHED_CODE
-        return 0 if self.checks and not self.disagreeing else 1
+        return 0 if self.checks and not red else 1
 
     def to_dict(self) -> dict[str, Any]:
         """The agreement as a dictionary, as in crosscheck/schema/agreement.schema.json."""

@@ -8,65 +8,49 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any
 
-
-class Supply(NamedTuple):
-    """Functions of one purpose, ``module:function``, by the sort of mechanism that they are for."""
-
-    arm: str
-    robot: str
-
-
+SECTIONS = "arm", "robot"
+CASES, LOADING = "studies.members.cases", "trial.input.loading"
+# Functions by purpose, ``module:function``: for an arm, and for a robot.
 SUPPLIED = {
-    "plan": Supply("planning.arms:plan_arm", "planning.robots:plan_robot"),
-    "describe_quick_limits": Supply(
-        "planning.arms:describe_quick_limits", "planning.robots:describe_quick_limits"
+    "plan": ("planning.arms:plan_arm", "planning.robots:plan_robot"),
+    "describe_quick_limits": (
+        "planning.arms:describe_quick_limits",
+        "planning.robots:describe_quick_limits",
     ),
-    "outline": Supply("report.outline:outline_arm", "report.outline:outline_robot"),
-    "answer_on_levels": Supply(
-        "report.answers:answer_on_rigid_arm", "report.answers:answer_on_levels"
+    "outline": ("report.outline:outline_arm", "report.outline:outline_robot"),
+    "answer_on_levels": ("report.answers:answer_on_rigid_arm", "report.answers:answer_on_levels"),
+    "draw": ("report.plots.scheme:draw_arm", "report.plots.scheme:draw_robot"),
+    "describe_scene": ("view.scene:describe_arm_scene", "view.scene:describe_robot_scene"),
+    "show": ("cli.show:show_arm", "cli.show:show_robot"),
+    "find_entry": ("registry:get_entry", "registry:find_robot_entry"),
+    "build": ("registry:build_arm_model", "registry:build_robot_experiment"),
+    "export": ("cli.files.export:export_arm", "cli.files.export:export_robot"),
+    "write_as_robot": (
+        "models.robot.planar:write_arm_as_robot",
+        "cli.files.robot_files:write_robot_as_robot",
     ),
-    "draw": Supply("report.plots.scheme:draw_arm", "report.plots.scheme:draw_robot"),
-    "describe_scene": Supply("view.scene:describe_arm_scene", "view.scene:describe_robot_scene"),
-    "show": Supply("cli.show:show_arm", "cli.show:show_robot"),
-    "find_entry": Supply("registry:get_entry", "registry:find_robot_entry"),
-    "build": Supply("registry:build_arm_model", "registry:build_robot_experiment"),
-    "export": Supply("cli.files.export:export_arm", "cli.files.export:export_robot"),
-    "write_as_robot": Supply(
-        "models.robot.planar:write_arm_as_robot", "cli.files.robot_files:write_robot_as_robot"
+    "compare": ("identification.mechanism:PlanarArm", "identification.mechanism:SpatialRobot"),
+    "read_member": (f"{CASES}:read_arm", f"{CASES}:read_robot"),
+    "make_member_model": (f"{CASES}:make_arm_model", f"{CASES}:make_robot_model"),
+    "make_member_run": (f"{CASES}:make_arm_run", f"{CASES}:make_robot_run"),
+    "find_rigid_model": (f"{CASES}:find_rigid_arm", f"{CASES}:find_rigid_robot"),
+    "load_equations": (f"{LOADING}:load_equations", f"{LOADING}:load_robot_equations"),
+    "build_equations": (f"{LOADING}:build_equations", f"{LOADING}:build_robot_equations"),
+    "build_frame": (
+        "trial.coordinates.build:build_frame",
+        "trial.coordinates.robots:build_robot_frame",
     ),
-    "compare": Supply(
-        "identification.mechanism:PlanarArm", "identification.mechanism:SpatialRobot"
-    ),
-    "read_member": Supply("studies.members.cases:read_arm", "studies.members.cases:read_robot"),
-    "make_member_model": Supply(
-        "studies.members.cases:make_arm_model", "studies.members.cases:make_robot_model"
-    ),
-    "make_member_run": Supply(
-        "studies.members.cases:make_arm_run", "studies.members.cases:make_robot_run"
-    ),
-    "find_rigid_model": Supply(
-        "studies.members.cases:find_rigid_arm", "studies.members.cases:find_rigid_robot"
-    ),
-    "load_equations": Supply(
-        "trial.input.loading:load_equations", "trial.input.loading:load_robot_equations"
-    ),
-    "build_equations": Supply(
-        "trial.input.loading:build_equations", "trial.input.loading:build_robot_equations"
-    ),
-    "build_frame": Supply(
-        "trial.coordinates.build:build_frame", "trial.coordinates.robots:build_robot_frame"
-    ),
-    "trial_subject": Supply("trial.arms.subject:ArmSubject", "trial.robots.subject:RobotSubject"),
-    "make_table": Supply(
-        "trial.tables.state_requests:TableTrial", "trial.tables.robot_requests:RobotTableTrial"
+    "trial_subject": ("trial.arms.subject:ArmSubject", "trial.robots.subject:RobotSubject"),
+    "make_table": (
+        "trial.tables.state_requests:TableTrial",
+        "trial.tables.robot_requests:RobotTableTrial",
     ),
 }
 
 
 def supply(what: str, section: str) -> Callable[..., Any]:
     """The function of a purpose that a sort of mechanism supplies; section: arm or robot."""
-    module, _, name = getattr(SUPPLIED[what], section).partition(":")
-    function: Callable[..., Any] = getattr(import_module(f"crosscheck.{module}"), name)
-    return function
+    module, _, name = SUPPLIED[what][SECTIONS.index(section)].partition(":")
+    return getattr(import_module(f"crosscheck.{module}"), name)

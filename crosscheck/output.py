@@ -68,11 +68,9 @@ def require_netcdf_name(path: Path) -> Path:
     return path
 
 
-def require_files(
-    *outputs: tuple[Path | None, FileType], reserved_path: Path | None = None
-) -> None:
+def require_files(*outputs: tuple[Path | None, FileType], reserved: Path | None = None) -> None:
     """Raise InputError unless each file can be written and no two are the same; before the work."""
-    taken = set() if reserved_path is None else {os.path.realpath(reserved_path)}
+    taken = set() if reserved is None else {os.path.realpath(reserved)}
     files = [(path, kind) for path, kind in outputs if path is not None]
     for path, _ in files:  # before a folder is made for any of them
         if os.path.realpath(path) in taken:
@@ -243,9 +241,8 @@ def convert_os_errors(path: Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
     except UnicodeError:
-        raise InputError(
-            str(path), "", None, "cannot be written: this locale has no such file names"
-        ) from None
+        reason = "cannot be written: this locale has no such file names"
+        raise InputError(str(path), "", None, reason) from None
 
 
 def _obstacle(target: Path) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib
 import threading
-from collections.abc import Callable, Iterator, MutableMapping, Sequence
-from contextlib import contextmanager
+from collections import UserDict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import entry_points
@@ -146,18 +147,13 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
 
 
 def _level_entries(package: str, template: Entry) -> dict[str, Entry]:
-    """A rigid model of each level, by name; template: what they share, with their attributes'
-    prefix.
-    """
-    return {
-        f"{package}:{level}": replace(
-            template,
-            attribute=f"{template.attribute}{level.capitalize()}",
-            level=level,
-            title=title,
-        )
-        for level, title in LEVELS.items()
-    }
+    """A rigid model of each level, by name; template: what they share, and how classes begin."""
+    entries = {}
+    for level, title in LEVELS.items():
+        attribute = f"{template.attribute}{level.capitalize()}"
+        entry = replace(template, attribute=attribute, level=level, title=title)
+        entries[f"{package}:{level}"] = entry
+    return entries
 
 
 _ANALYTIC = "crosscheck.analytic.model"
@@ -170,14 +166,11 @@ _PINOCCHIO = Entry(
 
 
 BUILT_IN = {
-    "analytic:physical": Entry(
-        "crosscheck.analytic.model",
-        "PhysicalModel",
-        "geared",
-        BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
-        ANALYTIC_PACKAGES,
-        order=4,
-        abreast=KERNEL_LANES,
+    "analytic:physical": replace(
+        _RIGID,
+        attribute="PhysicalModel",
+        role="geared",
+        promises=BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),
     "analytic:energies": replace(
@@ -263,31 +256,23 @@ FIELDS: dict[str, type | tuple[type, ...]] = {
 }
 
 
-class Registry(MutableMapping[str, Entry]):
+class Registry(UserDict[str, Entry]):
     """Entries by the model's name: the program's own, then those of installed packages.
 
     Packages are looked for when an entry is first asked for, which raises InputError for one whose
     model cannot be used.
     """
 
+    def __init__(self) -> None:
+        """Look for no package yet."""
+
     @cached_property
-    def _entries(self) -> dict[str, Entry]:
+    def data(self) -> dict[str, Entry]:  # type: ignore[override]
+        """All entries."""
         return add_installed_models(BUILT_IN)
 
-    def __getitem__(self, name: str) -> Entry:
-        return self._entries[name]
-
-    def __setitem__(self, name: str, entry: Entry) -> None:
-        self._entries[name] = entry
-
-    def __delitem__(self, name: str) -> None:
-        del self._entries[name]
-
     def __iter__(self) -> Iterator[str]:
-        return iter(tuple(self._entries))
-
-    def __len__(self) -> int:
-        return len(self._entries)
+        return iter(tuple(self.data))
 
 
 MODELS = Registry()
@@ -305,13 +290,10 @@ def add_installed_models(built_in: dict[str, Entry]) -> dict[str, Entry]:
             raise entry_point_error(offer, "a model of this name exists already")
         entry = load_record(offer, Entry, FIELDS)
         if entry.role not in get_args(Role):
-            raise entry_point_error(
-                offer, f"role is {entry.role!r}; must be one of {get_args(Role)}"
-            )
-        distribution = (
-            (offer.dist.name,) if offer.dist else ()
-        )  # whose version counts for its results
-        entries[offer.name] = replace(entry, packages=(*entry.packages, *distribution))
+            wrong = f"role is {entry.role!r}; must be one of {get_args(Role)}"
+            raise entry_point_error(offer, wrong)
+        package = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
+        entries[offer.name] = replace(entry, packages=(*entry.packages, *package))
     return entries
 
 
@@ -348,9 +330,8 @@ def engine_of(model: str) -> str:
 
 def packages() -> tuple[str, ...]:
     """Distributions that results of any model depend on."""
-    return tuple(
-        dict.fromkeys(name for entry in MODELS.values() for name in entry.versioned_packages)
-    )
+    names = (name for entry in MODELS.values() for name in entry.versioned_packages)
+    return tuple(dict.fromkeys(names))
 
 
 def model_names(role: Role) -> tuple[str, ...]:
@@ -396,9 +377,8 @@ def reference_model() -> str:
 def find_same_integrator_models() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[reference_model()].order
-    return tuple(
-        n for n in select_with_method("simulate", model_names("geared")) if MODELS[n].order == order
-    )
+    able = select_with_method("simulate", model_names("geared"))
+    return tuple(name for name in able if MODELS[name].order == order)
 
 
 def reference_engine() -> str:
@@ -444,10 +424,9 @@ def load_model_class(name: str) -> Any:
     if entry.made is not None:
         return entry.made
     try:
-        if is_plugin(name):
-            with foreign_code(f"model {name}: its engine cannot be imported"):
-                return getattr(importlib.import_module(entry.module), entry.attribute)
-        return getattr(importlib.import_module(entry.module), entry.attribute)
+        whose = f"model {name}: its engine cannot be imported"
+        with foreign_code(whose) if is_plugin(name) else nullcontext():
+            return getattr(importlib.import_module(entry.module), entry.attribute)
     except (ImportError, AttributeError) as error:
         reason = " ".join(str(error).split())
         raise InputError("model", "", name, f"its engine cannot be imported: {reason}") from None
@@ -455,8 +434,7 @@ def load_model_class(name: str) -> Any:
 
 def build_robot_model(engine: str, robot: Robot, level: Level) -> RobotModel:
     """A new model of the robot at the level, by an engine of robots that has it."""
-    model: RobotModel = load_model_class(engine)(robot, level)
-    return model
+    return load_model_class(engine)(robot, level)
 
 
 def find_robot_model(name: str, robot: Robot) -> tuple[str, Level]:
@@ -506,16 +484,14 @@ def build(
         InputError: There is no such model, arm, scenario and switches do not fit each other, or
             numbers of the arm are out of the engine's range.
     """
-    model: Model = supply("build", arm.section)(name, arm, scenario, switches)
-    return model
+    return supply("build", arm.section)(name, arm, scenario, switches)
 
 
 def build_arm_model(name: str, arm: Arm, scenario: Scenario, switches: Switches | None) -> Model:
     """The named model of an arm, see ``build``."""
     get_entry(name)
-    model: type[Model] = load_model_class(name)
     with require_usable_numbers(name, arm):
-        return model(arm, scenario, switches)
+        return load_model_class(name)(arm, scenario, switches)
 
 
 def build_robot_experiment(

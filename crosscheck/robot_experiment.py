@@ -53,26 +53,22 @@ class RobotExperiment(Model):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) (n, n)."""
-        matrix: np.ndarray = self.model.mass_matrix(q[None])[0]
-        return matrix
+        return self.model.mass_matrix(q[None])[0]
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal force (n,)."""
-        force: np.ndarray = self.model.bias(q[None], v[None])[0]
-        return force
+        return self.model.bias(q[None], v[None])[0]
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Motors, meshes and weights at time t [s], (n,)."""
         drive = drive_matrix(self.model.robot, self.model.level)
         held = self.model.inverse_dynamics(q[None], v[None], np.zeros((1, q.size)))[0]
-        force: np.ndarray = self._torques(t, q, v)[0] @ drive - held + self.bias(q, v)
-        return force
+        return self._torques(t, q, v)[0] @ drive - held + self.bias(q, v)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' at time t [s], (n,)."""
         with require_regular(self.model.robot):
-            a: np.ndarray = self.model.forward_dynamics(q[None], v[None], self._torques(t, q, v))[0]
-        return a
+            return self.model.forward_dynamics(q[None], v[None], self._torques(t, q, v))[0]
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces (states, n) of a motion, whatever the scenario's drive."""

@@ -31,8 +31,6 @@ from crosscheck.runner.workers import Workers
 if TYPE_CHECKING:
     import xarray as xr
 
-OutcomeCallback = Callable[[Any, Any], None]  # (a task's key, its outcome)
-
 
 @dataclass(frozen=True)
 class CrossCheck:
@@ -55,36 +53,29 @@ def run_cross_check(
     jobs: int,
     progress: ProgressCallback = ignore_progress,
     on_warning: Callable[[str], None] = lambda line: None,
-    on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> CrossCheck:
     """Run every check on an arm or robot; ``on_warning`` receives warnings before they run.
 
-    on_outcome: is called with each task's outcome while others still run. Raises InputError for an
-    arm, robot or scenarios that cannot be run, and Unfinished where they could not be prepared.
+    Raises InputError for an arm, robot or scenarios that cannot be run, and Unfinished where they
+    could not be prepared.
     """
     with Workers(jobs) as workers:
         progress("preparing the experiments")
         plan: Plan = supply("plan", request.mechanism.section)(request, workers)
         for line in plan.remarks:
             on_warning(line)
-        results = run_tasks(workers, collect_tasks(plan.comparisons), progress, on_outcome)
+        results = run_tasks(workers, collect_tasks(plan.comparisons), progress)
     progress("comparing")
     findings = list(judge_comparisons(plan.comparisons, results))
     settings = request.scenarios, request.chosen, plan.remarks
-    record = record_provenance(
-        request.mechanism, request.seed, request.quick, *settings, packages()
-    )
+    made_of = request.mechanism, request.seed, request.quick
+    record = record_provenance(*made_of, *settings, packages())
     agreement = Agreement(findings, record, entries=tuple(plan.compute_entries(results)))
     return CrossCheck(request, agreement, cases_by_run(plan.comparisons), runs_by_key(results))
 
 
-def run_tasks(
-    workers: Workers,
-    tasks: Sequence[ModelTask],
-    progress: ProgressCallback,
-    on_outcome: OutcomeCallback = lambda key, outcome: None,
-) -> Results:
-    """The Results of all tasks. on_outcome: is called with each task's key and outcome."""
+def run_tasks(workers: Workers, tasks: Sequence[ModelTask], progress: ProgressCallback) -> Results:
+    """The Results of all tasks."""
     estimate, outcomes = TimeEstimate(tasks, workers.jobs), dict[Any, Any]()
 
     def report_begin(key: Any) -> None:
@@ -93,7 +84,6 @@ def run_tasks(
     for key, outcome in workers.stream_longest_first(tasks, report_begin):
         outcomes[key] = outcome
         estimate.finish(key)
-        on_outcome(key, outcome)
     return Results(outcomes)
 
 
@@ -112,8 +102,5 @@ def cases_by_run(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
 
 def runs_by_key(results: Results) -> dict[RunKey, xr.Dataset | Failure]:
     """The runs among all outcomes, by key: a trajectory, or why there is none."""
-    return {
-        key: outcome
-        for key, outcome in results.outcomes.items()
-        if isinstance(key, RunKey) and not isinstance(outcome, np.ndarray)
-    }
+    runs = ((key, run) for key, run in results.outcomes.items() if isinstance(key, RunKey))
+    return {key: run for key, run in runs if not isinstance(run, np.ndarray)}

@@ -43,10 +43,8 @@ def describe_fields(record: type[Data]) -> tuple[FieldDescription, ...]:
     hints = get_type_hints(record, include_extras=True)
     holders = [base for base in reversed(record.__mro__) if issubclass(base, Data)]
     meanings = {name: text for base in holders for name, text in _read_meanings(base).items()}
-    return tuple(
-        _describe_field(name, info, hints[name], meanings.get(name, ""))
-        for name, info in record.model_fields.items()
-    )
+    fields = record.model_fields.items()
+    return tuple(_describe_field(n, info, hints[n], meanings.get(n, "")) for n, info in fields)
 
 
 @cache
@@ -70,9 +68,7 @@ def _describe_field(name: str, info: FieldInfo, hint: Any, meaning: str) -> Fiel
     applies_to = next((str(part) for part in _parts(hint) if isinstance(part, SharedValue)), "")
     listed = any(get_origin(part) is tuple for part in _parts(hint))
     infos = [part for part in _parts(hint) if isinstance(part, FieldInfo)]
-    lengths = [
-        _describe_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata)
-    ]
+    limited = [i for i in infos if any(hasattr(e, "max_length") for e in i.metadata)]
     return FieldDescription(
         name=name,
         meaning=meaning,
@@ -80,7 +76,7 @@ def _describe_field(name: str, info: FieldInfo, hint: Any, meaning: str) -> Fiel
         required=info.is_required(),
         default=None if info.is_required() else info.get_default(call_default_factory=True),
         allowed="" if records else _describe_allowed(hint) + applies_to,
-        lists=lengths[0] if records and listed and not applies_to else "",
+        lists=_describe_count(limited[0]) if records and listed and not applies_to else "",
         records=tuple(records),
         applies_to=applies_to,
     )
@@ -114,16 +110,13 @@ def _describe_allowed(hint: Any) -> str:
         return _describe_allowed(base)
     if origin is tuple:
         return f"a list of {len(inner)}, each {_describe_allowed(inner[0])}"
-    single = [part for part in inner if part is not NoneType and not _is_list(part)]
-    return ", or ".join(
-        map(_describe_allowed, single or [part for part in inner if part is not NoneType])
-    )
+    some = [part for part in inner if part is not NoneType]
+    single = [part for part in some if not _is_list(part)]
+    return ", or ".join(map(_describe_allowed, single or some))
 
 
 def _is_list(hint: Any) -> bool:
-    return get_origin(hint) is tuple or (
-        get_origin(hint) is Annotated and _is_list(get_args(hint)[0])
-    )
+    return get_origin(get_args(hint)[0] if get_origin(hint) is Annotated else hint) is tuple
 
 
 def _describe_count(info: FieldInfo) -> str:

@@ -30,27 +30,16 @@ if TYPE_CHECKING:
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.result import Trial
 
-__all__ = [
-    "Coordinates",
-    "Equations",
-    "Trial",
-    "assert_agrees",
-    "from_sympy",
-    "try_equations",
-]
+__all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy", "try_equations"]
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = make_lazy_names(
-        __name__,
-        {
-            "Coordinates": "crosscheck.trial.input.equations",
-            "Equations": "crosscheck.trial.input.equations",
-            "Trial": "crosscheck.trial.result",
-            "assert_agrees": __name__,
-            "from_sympy": "crosscheck.trial.input.symbolic",
-            "try_equations": __name__,
-        },
-    )
+    modules = {
+        **dict.fromkeys(("Coordinates", "Equations"), "crosscheck.trial.input.equations"),
+        **dict.fromkeys(("assert_agrees", "try_equations"), __name__),
+        "Trial": "crosscheck.trial.result",
+        "from_sympy": "crosscheck.trial.input.symbolic",
+    }
+    __getattr__, __dir__ = make_lazy_names(__name__, modules)
 
 YOURS = "yours"  # the name of equations that have none
 MOST_JOBS = 1024  # processes

@@ -63,7 +63,7 @@ def compare_states(
 def compare_corners(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """A Finding per pair of models, of forces at the corners of the mesh laws."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(corners.plan_corners(sampled_models)), models)
+    return judged(list(corners.plan(Subjects(arms=sampled_models))), models)
 
 
 def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:

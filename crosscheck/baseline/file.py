@@ -146,9 +146,8 @@ def _require_version(data: dict[str, Any]) -> None:
     schema, version = data.get("schema_version"), data.get("project_version")
     if type(schema) is not int or schema != SCHEMA_VERSION:
         older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
-        raise InputError(
-            "", "schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}"
-        )
+        allowed = f"only format {SCHEMA_VERSION} is read{older}"
+        raise InputError("", "schema_version", schema, allowed)
     major = __version__.split(".", 1)[0]
     if not isinstance(version, str) or version.split(".", 1)[0] != major:
         raise InputError("", "project_version", version, f"major version {major} is allowed")
@@ -176,11 +175,9 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> No
     if provenance.model != request.model:
         needed = f"a record of {request.model or 'all models'} is needed here"
         raise InputError("", "provenance.model", provenance.model or None, needed)
-    for field, requested_value, recorded_value in (
-        ("scenarios", request.scenarios, provenance.scenarios),
-        ("switches", request.chosen, provenance.switches),
-    ):
-        if requested_value != recorded_value:
+    requested = {"scenarios": request.scenarios, "switches": request.chosen}
+    for field, value in requested.items():
+        if value != getattr(provenance, field):
             raise InputError("", f"provenance.{field}", None, f"made with other {field} than these")
     then, now, digest = provenance.content, mechanism.content, mechanism_digest(mechanism)
     if then == now and provenance.arm_sha256 == digest:

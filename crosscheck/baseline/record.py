@@ -175,9 +175,8 @@ def find_differences(left: Any, right: Any, path: str = "") -> Iterator[tuple[st
     """Each (dotted path, left, right) where two trees of JSON values differ; None where missing."""
     if isinstance(left, dict) and isinstance(right, dict):
         for key in sorted({*left, *right}):
-            yield from find_differences(
-                left.get(key), right.get(key), f"{path}.{key}" if path else key
-            )
+            place = f"{path}.{key}" if path else key
+            yield from find_differences(left.get(key), right.get(key), place)
     elif isinstance(left, list) and isinstance(right, list) and len(left) == len(right):
         for index, (left_item, right_item) in enumerate(zip(left, right, strict=True)):
             yield from find_differences(left_item, right_item, f"{path}[{index}]")

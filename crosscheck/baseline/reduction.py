@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, cast, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 from pydantic import ValidationError
@@ -48,19 +48,8 @@ UNMEASURED_ROUNDINGS = 1000
 BY_ROUNDING = "the same steps again: rounding as it was measured to grow over the run"
 
 
-class Bound(NamedTuple):
-    """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty.
-
-    widest: the tolerance above which a comparison means nothing.
-    """
-
-    tolerance: float | None
-    basis: str
-    uncertainty: float | None = None
-    widest: float | None = None
-
-
-Bounds = dict[RunKey, dict[str, Bound]]
+RunBounds = dict[str, record.BoundedRecord]  # by quantity
+Bounds = dict[RunKey, RunBounds]
 
 
 def make_baseline(result: CrossCheck) -> record.Baseline:
@@ -76,8 +65,10 @@ def make_baseline(result: CrossCheck) -> record.Baseline:
 
     def make_measurement(finding: Finding) -> record.Measurement:
         assert finding.measured is not None  # a measurement always has a number
-        bound = _measurement_bound(finding, bounds, result.cases)._asdict()
-        return record.Measurement(unit=finding.unit, measured=finding.measured, **bound)
+        tolerance, basis = _measurement_bound(finding, bounds, result.cases)
+        return record.Measurement(
+            unit=finding.unit, tolerance=tolerance, basis=basis, measured=finding.measured
+        )
 
     judged = checks_by_id(agreement).items()
     checks = {name: finding for name, finding in judged if finding.verdict != "unfinished"}
@@ -111,9 +102,7 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
     return {f.id: f for f in agreement.findings if f.kind == "measurement"}
 
 
-def reduce_run(
-    key: RunKey, result: CrossCheck
-) -> tuple[record.RecordedRun, dict[str, Bound]] | Failure:
+def reduce_run(key: RunKey, result: CrossCheck) -> tuple[record.RecordedRun, RunBounds] | Failure:
     """The record of a run, and how far each quantity may move; or why it has no record.
 
     A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
@@ -126,9 +115,8 @@ def reduce_run(
         return _make_record(run, result.cases[key], bounds), bounds
     except ValidationError as error:
         first = error.errors()[0]
-        what = (
-            f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {rephrase(first['msg'])}"
-        )
+        place = ".".join(map(str, first["loc"]))
+        what = f"{place} = {first['input']!r:.60}: {rephrase(first['msg'])}"
     except Exception as error:
         what = f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
     return Failure("cannot be recorded", what)
@@ -148,16 +136,15 @@ def is_recorded(key: RunKey) -> bool:
     return key.variant in COARSER
 
 
-def compute_bounds(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
+def compute_bounds(key: RunKey, result: CrossCheck) -> RunBounds:
     """The largest change of this run in a repetition, by quantity."""
     runs = {key: run for key, run in result.runs.items() if not isinstance(run, Failure)}
     case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     pair = _find_pair(key.experiment, runs)
     # A coarser run at the same step is one whose integrator chooses its own, as references do.
-    adaptive_steps = key.variant == "reference" or (
-        coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
-    )
+    has_same_step = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
+    adaptive_steps = key.variant == "reference" or has_same_step
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
         measured = _refinement_uncertainty(run, coarse, quantity)
@@ -170,7 +157,13 @@ def compute_bounds(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
             tolerance, basis = None, f"not compared: {limit.basis}"
             if math.isfinite(limit.value):
                 basis += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
-        bounds[quantity] = Bound(tolerance, basis, _round_up(measured), _round_up(widest.value))
+        bounds[quantity] = record.BoundedRecord(
+            unit=run.variables[quantity].attrs["units"],
+            tolerance=tolerance,
+            basis=basis,
+            uncertainty=_round_up(measured),
+            widest=_round_up(widest.value),
+        )
     return bounds
 
 
@@ -180,11 +173,9 @@ def _find_pair(experiment: str, runs: dict[RunKey, xr.Dataset]) -> Pair | None:
     Their planets are counted as the experiment does, or free. None where there are no such two.
     """
     for variants in (("", "nudged"), ("free", "free-nudged")):
-        run, perturbed_run = (
-            runs.get(RunKey(experiment, reference_model(), variant)) for variant in variants
-        )
-        if run is not None and perturbed_run is not None:
-            return Pair(run, perturbed_run)
+        run, nudged = (runs.get(RunKey(experiment, reference_model(), each)) for each in variants)
+        if run is not None and nudged is not None:
+            return Pair(run, nudged)
     return None
 
 
@@ -232,7 +223,7 @@ def _round_up(value: float | None) -> float | None:
     return digits if digits >= value else float(f"{value * 1.005:.2e}")
 
 
-def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.RecordedRun:
+def _make_record(run: xr.Dataset, case: Case, bounds: RunBounds) -> record.RecordedRun:
     """The record of a run: planet 1, and the joints that have a quantity (direct: no teeth)."""
     times = run["time"].values.round(10)
     # About 20 equally spaced records, first and last among them.
@@ -251,43 +242,46 @@ def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> recor
             low, high = values.argmin(axis=0), values.argmax(axis=0)
             ends = values.min(axis=0), times[low], values.max(axis=0), times[high]
             rows, section = np.column_stack([joints, *ends]), "extremes"
-        fields = {"unit": variable.attrs["units"], **bound._asdict()}
-        tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
+        table = {**bound.model_dump(), "joints": joints, "rows": rows.tolist()}
+        tables[section][quantity] = table
     settings = {"scenario": case.scenario, "switches": case.switches}
     return record.RecordedRun.model_validate({**settings, **tables})
 
 
-def _measurement_bound(finding: Finding, bounds: Bounds, cases: Mapping[RunKey, Case]) -> Bound:
+def _measurement_bound(
+    finding: Finding, bounds: Bounds, cases: Mapping[RunKey, Case]
+) -> tuple[float | None, str]:
+    """The change of a measurement that a repetition may make, None if not comparable; and why."""
     key = finding.about.key
     if key.family == ONE_ROUNDING:
         # Rounding itself: its digits mean nothing, but it must stay below what matters.
         granted = bounds.get(RunKey(key.case, key.left), {}).get(finding.quantity)
         tolerance = None if granted is None else granted.tolerance
-        return Bound(tolerance, "rounding: must stay below what the run may move by")
+        return tolerance, "rounding: must stay below what the run may move by"
     if key.family in ("states", "form-states", "trial-states"):
-        return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
+        return LOOSEST, "states repeat to rounding: the loosest tolerance of state checks"
     quantity = "theta" if finding.quantity == "tip" else finding.quantity
     sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]
     tolerances = [side[quantity].tolerance for side in sides if quantity in side]
     if len(tolerances) < 2:
         reference = bounds.get(RunKey(key.case, key.left, "reference"), {})
         if reference and all(bound.tolerance is None for bound in reference.values()):
-            return Bound(None, "not compared: neither is the run that it measures")
+            return None, "not compared: neither is the run that it measures"
         value = abs(finding.measured or 0.0)
         size = value / finding.relative if finding.relative else 0.0
         by = f"{UNKNOWN:g} of it, or {UNKNOWN_OF_SIZE:g} of the quantity"
         tolerance = _round_up(max(UNKNOWN * value, UNKNOWN_OF_SIZE * size))
-        return Bound(tolerance, f"no uncertainty measured: {by}")
+        return tolerance, f"no uncertainty measured: {by}"
     defined_tolerances = [value for value in tolerances if value is not None]
     if len(defined_tolerances) < 2:
-        return Bound(None, "not compared: neither are the runs that it compares")
+        return None, "not compared: neither are the runs that it compares"
     if finding.quantity != "tip":
-        return Bound(_round_up(sum(defined_tolerances)), "sum of both runs' tolerances")
+        return _round_up(sum(defined_tolerances)), "sum of both runs' tolerances"
     # How far the tip moves [m] at most if every joint turns by one radian.
     links = cases[RunKey(key.case, key.left)].arm.links
     reach = sum(number * link.length_m for number, link in enumerate(links, start=1))
     basis = "sum of both runs' tolerances in theta, along the links"
-    return Bound(_round_up(sum(defined_tolerances) * reach), basis)
+    return _round_up(sum(defined_tolerances) * reach), basis
 
 
 def find_uncompared(baseline: record.Baseline) -> Iterator[str]:

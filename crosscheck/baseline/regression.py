@@ -62,11 +62,8 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
 
 def find_accepted_differences(agreement: Agreement) -> list[Finding]:
     """The checks that failed as accepted. agreement: as compare returns it."""
-    return [
-        f
-        for f in agreement.checks
-        if f.about.key in agreement.accepted_keys and f.verdict == "agree"
-    ]
+    keys = agreement.accepted_keys
+    return [f for f in agreement.checks if f.about.key in keys and f.verdict == "agree"]
 
 
 def describe_changes(agreement: Agreement) -> list[str]:
@@ -99,9 +96,8 @@ def _compare_verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -
             note = f"{finding.id}: {_PLUGIN}; agree: {describe_outcome(finding)}"
             yield make_measurement(about, measured=0.0, basis="nothing on record", note=note)
         elif was is None:
-            yield make_failed_check(
-                about, f"{_NEW}; {finding.verdict}: {describe_outcome(finding)}"
-            )
+            note = f"{_NEW}; {finding.verdict}: {describe_outcome(finding)}"
+            yield make_failed_check(about, note)
         elif was != finding.verdict:
             steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
             way = "worse" if steps > 0 else "better"
@@ -125,9 +121,8 @@ def _compare_failures(
     note = f"known difference, {finding.verdict}: {describe_outcome(finding)}"
     if was.number is not None and now.number is not None:
         values = was.number.measured, now.number.measured
-        result = _compare_numbers(
-            replace(about, unit=finding.unit), was.number, now.number, values, note
-        )
+        number = replace(about, unit=finding.unit)
+        result = _compare_numbers(number, was.number, now.number, values, note)
         if result.kind == "check":
             return result
     return _verdict(about, 0, note)
@@ -171,11 +166,8 @@ def _compare_runs(
         yield make_failed_check(whole, _NEW)
     elif now is None:
         why = None if key is None else reduction.reduce_run(key, result)
-        missing = (
-            make_unfinished_check
-            if isinstance(why, Failure) and why.unfinished
-            else make_failed_check
-        )
+        is_unfinished = isinstance(why, Failure) and why.unfinished
+        missing = make_unfinished_check if is_unfinished else make_failed_check
         yield missing(whole, f"{_GONE}: {why or 'no longer part of the plan'}")
     else:
         yield from _compare_tables(name, record, now)
@@ -237,9 +229,8 @@ def _compare_numbers(
     granted = uncompared if record.tolerance is None else record.tolerance
     if not moved and now.tolerance is not None and granted > WIDENED * now.tolerance:
         tolerance_change = f"{record.tolerance} on record, {now.tolerance} now; renew the record"
-        return make_failed_check(
-            about, f"a tolerance that is not granted: {tolerance_change}; {note}"
-        )
+        note = f"a tolerance that is not granted: {tolerance_change}; {note}"
+        return make_failed_check(about, note)
     if record.tolerance is None:
         return make_measurement(about, measured=difference, basis=record.basis, note=note)
     return make_check(

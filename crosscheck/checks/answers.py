@@ -14,11 +14,7 @@ import numpy as np
 
 from crosscheck.checks.arm_sizes import ArmSizes
 from crosscheck.checks.first_principles.slopes import SlopeRule, make_exact_rule
-from crosscheck.checks.scales import (
-    SLIDING_M_PER_S,
-    TURNING_RAD_PER_S,
-    largest_displacement,
-)
+from crosscheck.checks.scales import SLIDING_M_PER_S, TURNING_RAD_PER_S, largest_displacement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
 from crosscheck.models.errors import describe_type
@@ -120,10 +116,9 @@ def ask(model: Any, method: str, shape: tuple[int, ...], *given: np.ndarray) -> 
     answer = getattr(model, method)
     if model.takes_many_states:
         return require_numbers(answer(*given), method, shape)
-    each_state = zip(*given, strict=True)
-    return np.array(
-        [require_numbers(answer(*(x.copy() for x in at)), method, shape[1:]) for at in each_state]
-    )
+    states = zip(*given, strict=True)
+    answers = (answer(*(x.copy() for x in state)) for state in states)
+    return np.array([require_numbers(each, method, shape[1:]) for each in answers])
 
 
 @dataclass(frozen=True)
@@ -164,7 +159,5 @@ forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1
 energy = MethodQuestion("energy", ("q", "v"), ())
 momentum = MethodQuestion("momentum", ("q", "v"), (6,))
 tip = MethodQuestion("tip", ("q",), (3,))
-ROBOT_QUESTIONS = (
-    *(mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics),
-    *(energy, momentum, tip),
-)
+DYNAMICS = mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics
+ROBOT_QUESTIONS = *DYNAMICS, energy, momentum, tip

@@ -115,8 +115,7 @@ def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> 
             for name in MESHES:
                 spring, row = next(contacts), layout.displacement(name, number, planet)
                 pressed = spring.gap - np.clip(spring.gap, -spring.backlash, spring.backlash)
-                force = spring.stiffness * pressed + mesh_damping(joint, name, planet) * (
-                    states.v @ row
-                )
+                damped = mesh_damping(joint, name, planet) * (states.v @ row)
+                force = spring.stiffness * pressed + damped
                 forces -= force[:, None] * row
     return forces

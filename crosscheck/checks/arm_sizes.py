@@ -43,14 +43,9 @@ if TYPE_CHECKING:
 ROUNDINGS, ROUNDINGS_OF_M = 50, 200
 # Quantities with forces of teeth, whose displacements are small differences of large arcs.
 OF_TEETH = ("generalized_force", "corner_force", "acceleration")
-WORDS = {
-    **SIZE_WORDS,
-    **dict.fromkeys(
-        ("generalized_force", "corner_force"),
-        "torques, largest weight and friction of a joint; teeth at the largest displacement",
-    ),
-    "acceleration": "|M^-1| times force, bias and |M| |a|",
-}
+FORCE = "torques, largest weight and friction of a joint; teeth at the largest displacement"
+WORDS = SIZE_WORDS | dict.fromkeys(("generalized_force", "corner_force"), FORCE)
+WORDS["acceleration"] = "|M^-1| times force, bias and |M| |a|"
 
 
 @dataclass(frozen=True)
@@ -126,8 +121,7 @@ class ArmSizes:
         """Sizes of the components of a quantity; values: a model's."""
         if quantity == "acceleration":
             return self.acceleration(values)
-        size: np.ndarray = getattr(self, quantity)
-        return size
+        return getattr(self, quantity)
 
     def limit(self, quantity: str) -> ReasonedLimit:
         """The tolerance of a difference relative to its size."""

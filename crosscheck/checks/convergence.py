@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,7 +15,6 @@ from crosscheck.checks.answers import ask
 from crosscheck.checks.engines import STEPS
 from crosscheck.checks.robot_states import LARGEST_TOLERANCE, TOLERANCE
 from crosscheck.checks.sampled import (
-    FIRST_PRINCIPLES,
     ExperimentPlan,
     RobotLevel,
     Subjects,
@@ -72,62 +73,50 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
             continue
         kept = frictionless_ends if case.robot.friction.any() else refined_ends
         metric = f"free motion of {case.run_s:.3g} s in {STEPS} to {STEPS * 2**HALVINGS} steps"
-        where = f"{sampled.where}/run"
-        key = ComparisonKey("order", where, "order-of-convergence", sampled.model)
-        about = Subject(key, "1", metric, f"order of convergence {FORMAL}")
-        yield make_comparison(about, [sampled.ask(refined_ends)], partial(_check_order, case=case))
-        key = ComparisonKey("invariants", where, "energy", sampled.model)
-        about = Subject(key, "1", metric, FIRST_PRINCIPLES)
-        yield make_comparison(about, [sampled.ask(kept)], partial(_check_energy, case=case))
+        run = replace(sampled, where=f"{sampled.where}/run")
+        against = f"order of convergence {FORMAL}"
+        given = "order-of-convergence", [refined_ends], _check_order, metric, against
+        yield run.plan_law(*given, family="order")
+        yield run.plan_law("energy", [kept], _check_energy, metric)
     if any(sampled.setting.robot.friction.any() for sampled in subjects.robots):
         yield "energy of runs is asked of the robot without its friction"
     if any(sampled.setting.level == "geared" for sampled in subjects.robots):
-        yield (
-            "geared: order and energy are not asked of runs, since teeth that part have kinks, and"
-            " springs and dampers energy of their own"
-        )
+        why = "teeth that part have kinks, and springs and dampers energy of their own"
+        yield f"geared: order and energy are not asked of runs, since {why}"
 
 
 def _plan_order(experiment: ExperimentPlan, model: str) -> Comparison:
     """The comparison of an arm's model, smooth or through impacts."""
     formal = experiment.models.order
+    judge: Callable[..., Finding] = measure_impact_order
     metric = f"observed order in {ORDER_QUANTITY} from steps h, h/2, h/4"
     if experiment.name == "order-smooth":
         metric = f"distance of the observed order in {ORDER_QUANTITY} from the formal one"
-
-    def judge(about: Subject, *runs: xr.Dataset) -> Finding:
-        if experiment.name == "order-smooth":
-            return check_formal_order(about, runs, formal, ORDER_QUANTITY)
-        return measure_impact_order(about, runs, ORDER_QUANTITY)
-
+        judge = partial(check_formal_order, formal=formal)
     key = ComparisonKey("order", experiment.name, "order-of-convergence", model)
     runs = [experiment.run(model, f"level-{level}") for level in range(ORDER_LEVELS)]
     about = Subject(key, "1", metric, f"order of convergence {formal}")
     return make_comparison(about, runs, judge)
 
 
-def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
+def observed_order(*runs: xr.Dataset) -> float:
     """Observed order p from runs at h, h/2, h/4: differences shrink by 2^p (Richardson)."""
-    coarse, middle, fine = runs
-    first = largest_difference(coarse, middle, quantity)
-    second = largest_difference(middle, fine, quantity)
+    first, second = (largest_difference(*pair, ORDER_QUANTITY) for pair in pairwise(runs))
     return math.log2(first / second) if first > 0 and second > 0 else math.nan
 
 
-def check_formal_order(
-    about: Subject, runs: Sequence[xr.Dataset], formal: int, quantity: str
-) -> Finding:
+def check_formal_order(about: Subject, *runs: xr.Dataset, formal: int) -> Finding:
     """Check that runs show the integrator's order in smooth motion."""
-    observed = observed_order(runs, quantity)
+    observed = observed_order(*runs)
     difference, basis = abs(observed - formal), "three grids in the asymptotic range"
     note = f"observed order {observed:.3f} from steps h, h/2, h/4"
     return make_check(about, measured=difference, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
 
 
-def measure_impact_order(about: Subject, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
+def measure_impact_order(about: Subject, *runs: xr.Dataset) -> Finding:
     """Measure the order of convergence through impacts."""
     note = "the dead zone's kink leaves less than the formal order"
-    return make_measurement(about, measured=observed_order(runs, quantity), note=note)
+    return make_measurement(about, measured=observed_order(*runs), note=note)
 
 
 class ObservedOrder(NamedTuple):

@@ -7,7 +7,7 @@ all. Whether teeth touch depends on x - e, not on x. Every mesh is brought to ea
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -19,7 +19,7 @@ from crosscheck.checks.answers import Setting, States, generalized_force, sample
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.engines import plan_pair
 from crosscheck.checks.first_principles.mesh_energy import MeshSpring
-from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects, pair_models
+from crosscheck.checks.sampled import DIFFERENCE, Subjects, pair_models
 from crosscheck.checks.scales import SLIDING_M_PER_S, geared_joints, mesh_damping
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
@@ -48,12 +48,8 @@ corner_force = replace(generalized_force, name="corner_force")
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of geared models' forces on each side of every branch of the mesh laws."""
-    return plan_corners([each for each in subjects.arms if each.group not in ("rigid", "form")])
-
-
-def plan_corners(models: Sequence[SampledArm]) -> Iterator[Comparison]:
-    """A comparison for each pair of geared models."""
-    for pair in pair_models(models):
+    geared = [each for each in subjects.arms if each.group not in ("rigid", "form")]
+    for pair in pair_models(geared):
         setting = pair[0].setting
         if setting.layout.mesh_joints:
             corners = CornerSetting(setting.case, setting.level, setting.count, setting.seed)
@@ -80,10 +76,8 @@ def list_corners(layout: Layout, arm: Arm) -> list[Corner]:
     planets = max((arm.joints[joint].planet_count for joint in layout.mesh_joints), default=0)
     numbers = range(planets if layout.free else min(planets, 1))
     signs = (1.0, -1.0)
-    return [
-        Corner(*place)
-        for place in product(range(len(MESHES)), numbers, signs, signs, (True, False))
-    ]
+    places = product(range(len(MESHES)), numbers, signs, signs, (True, False))
+    return [Corner(*place) for place in places]
 
 
 def sample_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -> States:
@@ -118,12 +112,9 @@ def _find_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -
     states = []
     for number, corner in enumerate(corners):
         poses = slice(number * POSES, (number + 1) * POSES)
-        there = (
-            MeshSpring(each.backlash, each.stiffness[poses], each.gap[poses]) for each in springs
-        )
-        states.append(
-            _move_to_corner(layout, arm, States(*(x[poses] for x in drawn)), there, corner)
-        )
+        there = (MeshSpring(s.backlash, s.stiffness[poses], s.gap[poses]) for s in springs)
+        some = States(*(x[poses] for x in drawn))
+        states.append(_move_to_corner(layout, arm, some, there, corner))
     return States(*map(np.array, zip(*states, strict=True)))
 
 

@@ -26,9 +26,8 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
             key = ComparisonKey("form-symbols", form.where, question.__name__, form.model)
             about = Subject(key, "1", form.over(DIFFERENCE), "its equations in symbols")
             yield make_comparison(about, (symbols, form.ask(question)), judge)
-        _, *engines = (
-            each for each in subjects.arms if each.where == form.where and each.group != "form"
-        )
+        group = (each for each in subjects.arms if each.where == form.where)
+        _, *engines = (each for each in group if each.group != "form")
         metric = form.over("largest relative difference")
         for engine in engines:
             right = replace(engine, setting=form.setting)

@@ -43,9 +43,8 @@ def check_inertia(about: Subject, mass: np.ndarray, setting: object) -> Finding:
     """Check that M (count, n, n) is symmetric and positive definite at every state."""
     for state, matrix in enumerate(mass, 1):
         if not (is_usable(matrix) and np.linalg.eigvalsh(scale_mass_matrix(matrix)).min() > 0):
-            return make_failed_check(
-                about, f"not positive definite at state {state} of {len(mass)}"
-            )
+            note = f"not positive definite at state {state} of {len(mass)}"
+            return make_failed_check(about, note)
     size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass))
     measured = float((np.abs(mass - mass.swapaxes(1, 2)) / size).max())
     basis = "rounding of sums over bodies; positive definite at every state"

@@ -11,13 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import (
-    EQUATIONS,
-    BadAnswer,
-    Setting,
-    acceleration,
-    require_numbers,
-)
+from crosscheck.checks.answers import EQUATIONS, BadAnswer, Setting, acceleration, require_numbers
 from crosscheck.checks.sampled import SampledArm, Subjects
 from crosscheck.checks.scales import (
     arm_reach,
@@ -77,10 +71,8 @@ def constraint_residual(model: Model, setting: Setting) -> np.ndarray:
 
     How far they are from what they must be with the joints opened on purpose counts too.
     """
-    a = acceleration(model, setting)
-    return np.array(
-        [_widest_gap(model, *state) for state in zip(*setting.states[1:], a, strict=True)]
-    )
+    states = zip(*setting.states[1:], acceleration(model, setting), strict=True)
+    return np.array([_widest_gap(model, *state) for state in states])
 
 
 def _widest_gap(model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
@@ -153,16 +145,10 @@ def check_power_balance(about: Subject, motion: DrivenMotion) -> Finding:
 
     A motor turns its sun n times as fast as the link, and by the mesh displacements.
     """
-    on_teeth = motion.force - motor_forces(
-        motion.setting.arm, motion.setting.layout, motion.torques
-    )
+    arm, layout = motion.setting.arm, motion.setting.layout
+    on_teeth = motion.force - motor_forces(arm, layout, motion.torques)
     powers = (on_teeth * motion.v)[:, ~motion.setting.layout.angular]
     return check_powers(about, motion, np.hstack([external_powers(motion), powers]))
-
-
-def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
-    """Check that the whole arm's angular momentum changes by what the ground exerts."""
-    return check_balance(about, *_angular_momentum_residual(motion))
 
 
 def check_powers(about: Subject, motion: DrivenMotion, powers: np.ndarray) -> Finding:
@@ -213,29 +199,29 @@ def external_powers(motion: DrivenMotion) -> np.ndarray:
     return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
-def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Residual of dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight, and its size.
+def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
+    """Check that the whole arm's angular momentum changes by what the ground exerts.
 
-    Both (states,). Turning the whole arm turns the first ring's teeth past its planets: x_pr1
-    changes by -r_r, of every planet, and so does the sun's advance.
+    dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight. Turning the whole arm turns
+    the first ring's teeth past its planets: x_pr1 changes by -r_r, of every planet, and so does the
+    sun's advance.
     """
-    joint, shoulder = motion.setting.arm.joints[0], motion.setting.layout.at("theta", 0)
+    joint, layout = motion.setting.arm.joints[0], motion.setting.layout
+    shoulder, names = layout.at("theta", 0), ("x_s", "x_pr")
     rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
     moments = [motion.torques[:, 0], motion.passive[:, 0]]
     if isinstance(joint, Planetary):
         radius, ring = (base_radius(joint, n) for n in (joint.sun_teeth, joint.ring_teeth))
         pressed = motion.torques[:, 0] / motor_lever(joint)
         motor = pressed * radius
-        slides = [
-            place
-            for place, coordinate in enumerate(motion.setting.layout.coordinates)
-            if coordinate.joint == 1 and coordinate.meaning in ("x_s", "x_pr")
-        ]
+        first = [c.joint == 1 and c.meaning in names for c in layout.coordinates]
+        slides = np.flatnonzero(first)
         rate = rate - ring * motion.inertial[:, slides].sum(axis=1)
         size = size + ring * motion.summed[:, slides].sum(axis=1)
         on_teeth = (pressed - motion.force[:, slides].sum(axis=1)) * ring
         moments = [motor, on_teeth, motion.passive[:, 0]]
-    return rate - np.sum(moments, axis=0), size + np.abs(moments).sum(axis=0)
+    size = size + np.abs(moments).sum(axis=0)
+    return check_balance(about, rate - np.sum(moments, axis=0), size)
 
 
 def check_constraints(about: Subject, gaps: np.ndarray, setting: object) -> Finding:

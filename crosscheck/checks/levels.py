@@ -78,9 +78,8 @@ def _plan_robot_levels(chain: Sequence[SampledRobot]) -> Iterator[Comparison]:
 def _plan_tip(sampled: SampledRobot, finest: SampledRobot) -> Comparison:
     case = sampled.setting
     key = ComparisonKey("deviation", "free-motion", "tip", sampled.model, finest.model)
-    metric = (
-        f"largest distance of the tip after {case.motion_s:.2g} s of free motion, {RUNS} starts"
-    )
+    after = f"after {case.motion_s:.2g} s of free motion, {RUNS} starts"
+    metric = f"largest distance of the tip {after}"
 
     def judge(about: Subject, left: np.ndarray, right: np.ndarray) -> Finding:
         distances = np.linalg.norm(left - right, axis=1)

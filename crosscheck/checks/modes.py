@@ -9,20 +9,12 @@ import numpy as np
 
 from crosscheck.checks.answers import BadAnswer, Setting, ask, require_numbers
 from crosscheck.checks.sampled import SampledArm, Subjects, group_models
-from crosscheck.checks.scales import (
-    equivalent_mass,
-    geared_joints,
-    mean_stiffness,
-    stiffness_bound,
-)
+from crosscheck.checks.scales import equivalent_mass, geared_joints, mean_stiffness, stiffness_bound
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.meshes import change_meshes
-from crosscheck.models.arm.stiffness import (
-    SineStiffness,
-    StiffnessLaw,
-)
+from crosscheck.models.arm.stiffness import SineStiffness, StiffnessLaw
 from crosscheck.models.experiment.scenario import expand_to_joints, make_bent_start
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, make_rest_scenario
@@ -101,8 +93,7 @@ def force_slopes(model: Model, setting: Setting) -> np.ndarray:
     q, v = np.split(ways.reshape(-1, once.size), 2, axis=1)
     forces = ask(model, "generalized_force", q.shape, np.zeros(len(q)), q, v)
     ahead, back = forces.reshape(2, 2, once.size, pose.size).swapaxes(0, 1)
-    slopes: np.ndarray = (ahead - back).swapaxes(1, 2) / (2 * np.array([once, 2 * once])[:, None])
-    return slopes
+    return (ahead - back).swapaxes(1, 2) / (2 * np.array([once, 2 * once])[:, None])
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
@@ -144,9 +135,8 @@ def _plan_modes(
             planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
             expected = sum(1 + (count if single else 1) for count in planets)
             if len(frequencies) != expected:
-                raise MissingResult(
-                    f"{sampled.model}: {len(frequencies)} mesh modes, there must be {expected}"
-                )
+                lack = f"{len(frequencies)} mesh modes, there must be {expected}"
+                raise MissingResult(f"{sampled.model}: {lack}")
         few, many = sorted((*closed, *model_modes), key=len)
         return check_modes(about, few, many)
 
@@ -157,11 +147,8 @@ def make_locked_stage(arm: Arm, number: int) -> Arm:
     """An arm of one geared joint, its link too heavy to move, without weight and friction."""
     free = arm.joints[number].model_copy(update={"friction_N_m_s_per_rad": 0.0})
     link = arm.links[number]
-    heavier = {
-        name: LOCK * value
-        for name, value in link
-        if name in ("density_kg_per_m3", "mass_kg", "inertia_kg_m2") and value is not None
-    }
+    heavy = "density_kg_per_m3", "mass_kg", "inertia_kg_m2"
+    heavier = {name: LOCK * x for name, x in link if name in heavy and x is not None}
     locked = {"joints": (free,), "links": (link.model_copy(update=heavier),)}
     return arm.model_copy(update={**locked, "gravity_m_per_s2": (0.0, 0.0)})
 

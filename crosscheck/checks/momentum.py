@@ -49,15 +49,11 @@ def find_base_joints(robot: Robot) -> list[int]:
     roots = [_root(robot, number) for number in range(len(robot.joints))]
     crossing = set()
     for number, joint in enumerate(robot.joints):
-        if joint.mimic is not None and (
-            roots[joint.mimic.joint] != roots[number] or joint.mimic.joint in roots
-        ):
-            crossing |= {roots[number], roots[joint.mimic.joint]}
-    return [
-        number
-        for number in robot.coordinates
-        if robot.joints[number].parent == BASE and number not in crossing
-    ]
+        if joint.mimic is not None:
+            leader = joint.mimic.joint
+            if roots[leader] != roots[number] or leader in roots:
+                crossing |= {roots[number], roots[leader]}
+    return [n for n in robot.coordinates if robot.joints[n].parent == BASE and n not in crossing]
 
 
 def _root(robot: Robot, number: int) -> int:
@@ -82,9 +78,8 @@ def momentum_drifts(model: RobotModel, case: RobotLevel) -> np.ndarray:
     for steps in (DRIFT_STEPS, 2 * DRIFT_STEPS):
         step, stride = case.run_s / steps, steps // DRIFT_STEPS
         try:
-            q, v = model.integrate(
-                scenario.model_copy(update={"step_s": step, "record_every": stride})
-            )
+            update = {"step_s": step, "record_every": stride}
+            q, v = model.integrate(scenario.model_copy(update=update))
         except Diverged:
             return np.full((2, 1, 1), np.inf)
         momenta = ask(model, "momentum", (len(q), 6), q, v) @ directions.T
@@ -116,8 +111,7 @@ def find_conserved_directions(robot: Robot) -> np.ndarray:
         basis = np.linalg.qr(np.reshape(twists, (-1, 6)).T)[0]
         pushes.append(np.eye(6) - basis @ basis.T)
     _, sizes, rows = np.linalg.svd(np.vstack(pushes))
-    directions: np.ndarray = rows[sizes < CONSERVED]
-    return directions
+    return rows[sizes < CONSERVED]
 
 
 def _list_root_chain(robot: Robot) -> list[int]:
@@ -145,13 +139,10 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         if sampled.setting.level == "links" and find_base_joints(sampled.setting.robot):
             yield sampled.plan_law("base-momentum", [base_momenta], _check_momenta)
         if sampled.setting.robot.gravity.any():
-            questions = gravity, momentum
-            yield sampled.plan_law("linear-momentum", questions, _check_momentum)
-        if (
-            sampled.setting.has_runs
-            and sampled.setting.level != "geared"  # where contacts spoil the order of steps
-            and find_conserved_directions(sampled.setting.robot).size
-        ):
+            yield sampled.plan_law("linear-momentum", (gravity, momentum), _check_momentum)
+        # Of geared robots contacts spoil the order of steps.
+        has_runs = sampled.setting.has_runs and sampled.setting.level != "geared"
+        if has_runs and find_conserved_directions(sampled.setting.robot).size:
             yield sampled.plan_law("conserved-momentum", [momentum_drifts], _check_drifts)
     if subjects.robots and not subjects.robots[0].setting.robot.gravity.any():
         yield "without gravity: no weights to hold against energy and linear momentum"
@@ -162,9 +153,8 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
 def _check_momenta(about: Subject, momenta: np.ndarray, case: RobotLevel) -> Finding:
     robot, worst = case.robot, 0.0
     v = np.abs(case.states.v)
-    for number, (conjugate, whole) in zip(
-        find_base_joints(robot), momenta.swapaxes(0, 1), strict=True
-    ):
+    pairs = zip(find_base_joints(robot), momenta.swapaxes(0, 1), strict=True)
+    for number, (conjugate, whole) in pairs:
         roots = case.sizes.mass_matrix[:, robot.coordinates.index(number)]
         size = (roots * v * _carried(robot, number)).sum(axis=1)
         away = float(np.linalg.norm(robot.joints[number].placement.position))

@@ -113,9 +113,8 @@ def _check_energy_rate(
     """The energy grows by the power of all generalized forces, v . (M a + bias + gravity)."""
     _, v, a, _ = case.states
     force = np.einsum("sij,sj->si", mass, a) + bias_torques + weights
-    summed = (
-        np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias_torques) + np.abs(weights)
-    )
+    summed = np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias_torques)
+    summed = summed + np.abs(weights)
     size = (np.abs(v) * summed).sum(axis=1) + case.sizes.motion * case.sizes.momentum[:, 0]
     least = ROUNDED * case.sizes.energy / _time_steps(case) / TOLERANCE
     measured = share_of(rate - (force * v).sum(axis=1), np.maximum(size, least))

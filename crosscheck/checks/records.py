@@ -161,12 +161,10 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     if not model.layout.free:
         at = at[_planets_move_alike(run, at, model, PLACE_ROUNDINGS * EPS * reach)]
         if not at.size:
-            raise InconsistentRun(
-                "planets that count as one are apart at the start, and ever after"
-            )
+            apart = "planets that count as one are apart at the start, and ever after"
+            raise InconsistentRun(apart)
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
-    times = run["time"].values
-    again = _compute_variables(model, times[at], q[at], v[at])
+    again = _compute_variables(model, run["time"].values[at], q[at], v[at])
     placed = EPS * reach * largest_stiffness(model.arm) / tolerance
     for name, size in _sizes(run, model, q[0], placed).items():
         recorded = _recorded_values(run, at, name, model)
@@ -209,9 +207,8 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[
     is rounding of the arcs from which displacements are read; an acceleration is what forces of
     that size do to the links.
     """
-    sizes = {
-        name: _largest_magnitude(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")
-    }
+    names = "theta_ddot", "torque", "kinetic_energy"
+    sizes = {name: _largest_magnitude(run[name]) for name in names}
     if not model.layout.mesh_joints:
         return sizes
     joints = [joint for _, joint in geared_joints(model.arm)]
@@ -240,10 +237,8 @@ def _planets_move_alike(
     """
     alike = np.ones(at.size, dtype=bool)
     arcs = gear_arc(model.arm) * (1 + _largest_magnitude(run["theta"]))
-    read, swept = (
-        max(ALIKE_ROUNDINGS * EPS * arcs, placed_m),
-        placed_m * _largest_magnitude(run["theta_dot"]),
-    )
+    read = max(ALIKE_ROUNDINGS * EPS * arcs, placed_m)
+    swept = placed_m * _largest_magnitude(run["theta_dot"])
     for mesh in MESHES if model.layout.mesh_joints else ():
         rates = max(ALIKE_RATES * _largest_magnitude(run[f"{mesh}_dot"]), swept)
         for name, limit in ((mesh, read), (f"{mesh}_dot", rates)):
@@ -282,11 +277,8 @@ def _compute_variables(
     torque = torques_along(drive, t, q[:, layout.theta], v[:, layout.theta])
     acceleration = ask(model, "acceleration", q.shape, t, q, v)
     inertia = ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
-    values = {
-        "theta_ddot": acceleration[:, layout.theta],
-        "torque": torque,
-        "kinetic_energy": np.einsum("si,sij,sj->s", v, inertia, v) / 2,
-    }
+    values = {"theta_ddot": acceleration[:, layout.theta], "torque": torque}
+    values["kinetic_energy"] = np.einsum("si,sij,sj->s", v, inertia, v) / 2
     if layout.mesh_joints:
         # With meshes that do not slide no damper acts, but motor and springs do.
         still = np.where(layout.angular, v, 0.0)

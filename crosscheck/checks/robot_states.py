@@ -112,8 +112,7 @@ class RobotSizes:
         """
         if quantity == "bias" and source in WITH_WEIGHTS:
             return self.bias + self.gravity
-        sizes: np.ndarray = getattr(self, quantity)
-        return sizes
+        return getattr(self, quantity)
 
     def tolerance(self, quantity: str) -> float:
         """The tolerance of an entry relative to its size."""

@@ -77,9 +77,8 @@ def largest_displacement(arm: Arm) -> float:
     """Largest mesh displacement of random states [m]: teeth on either flank or out of contact."""
     contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
     clearance = max((mesh.backlash_m for mesh in contacts), default=0.0)
-    return 3 * max(clearance, LEAST_PLAY_M) + max(
-        (abs(mesh.static_error_m) for mesh in contacts), default=0.0
-    )
+    offset = max((abs(mesh.static_error_m) for mesh in contacts), default=0.0)
+    return 3 * max(clearance, LEAST_PLAY_M) + offset
 
 
 def _joint_stiffness_bound(joint: Planetary) -> float:
@@ -211,10 +210,8 @@ def acceptance_limit(quantity: str, arm: Arm, scenario: Scenario, size: float) -
         return ReasonedLimit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
     if quantity != "theta":
         return ReasonedLimit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
-    lost = [
-        2 * travel / base_radius(joint, joint.sun_teeth + joint.planet_teeth)
-        for joint, travel in mesh_travels(arm, scenario)
-    ]
+    travels = mesh_travels(arm, scenario)
+    lost = [2 * travel / base_radius(j, j.sun_teeth + j.planet_teeth) for j, travel in travels]
     if not lost:
         return ReasonedLimit(WITHOUT_GEARS_RAD, "a millionth of a radian")
     least = min(lost)

@@ -74,11 +74,10 @@ def make_scenario(case: RobotLevel) -> Scenario:
 
 def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of two models' simulations in equal steps."""
-    still = {
-        each.setting.level: each.setting for each in subjects.robots if not each.setting.has_runs
-    }
-    for level, case in still.items():
-        yield f"{level}: no runs, since steps of {case.run_s / STEPS:.2g} s are below rounding"
+    cases = {each.setting.level: each.setting for each in subjects.robots}
+    for level, case in cases.items():
+        if not case.has_runs:
+            yield f"{level}: no runs, since steps of {case.run_s / STEPS:.2g} s are below rounding"
     for left, right in pair_models(subjects.robots):
         case = left.setting
         scenarios = (case.scenarios or [make_scenario(case)]) if case.has_runs else []

@@ -15,9 +15,8 @@ def compare_answers(
 ) -> Finding:
     """Check two answers (states, ...): every component at every state, by its natural size."""
     size = setting.sizes.natural_size(about.key.quantity, left)
-    return check_share(
-        about, share_of(left - right, size), *setting.sizes.limit(about.key.quantity)
-    )
+    measured = share_of(left - right, size)
+    return check_share(about, measured, *setting.sizes.limit(about.key.quantity))
 
 
 def measure_answers(

@@ -107,9 +107,7 @@ def _check_same_step(
     """
     left, right, *repeated = runs
     widest = find_acceptance_limit(experiment, about, repeated[0])
-    if time_s is None:
-        return check_same_step(about, left, right, Pair(*repeated), widest)
-    return check_at_time(about, left, right, Pair(*repeated), widest, time_s)
+    return check_same_step(about, left, right, Pair(*repeated), widest, time_s)
 
 
 def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
@@ -192,9 +190,8 @@ def plan_refined(
 
 def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
     """Those of some quantities that runs of the experiment's arm have."""
-    return [
-        name for name in quantities if geared_joints(experiment.case.arm) or name not in BY_PLANET
-    ]
+    has_gears = bool(geared_joints(experiment.case.arm))
+    return [name for name in quantities if has_gears or name not in BY_PLANET]
 
 
 def find_acceptance_limit(
@@ -244,8 +241,7 @@ def compute_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) ->
             raise RunMismatch(f"the runs have {quantity} at other values of {name}")
     if (np.isnan(left.values) != np.isnan(right.values)).any():
         raise RunMismatch(f"{quantity} has values in one run where the other has none")
-    values: np.ndarray = left.values - right.values
-    return values
+    return left.values - right.values
 
 
 def size(run: xr.Dataset, quantity: str) -> float:
@@ -288,9 +284,20 @@ class Pair(NamedTuple):
 
 
 def check_same_step(
-    about: Subject, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
+    about: Subject,
+    left: xr.Dataset,
+    right: xr.Dataset,
+    pair: Pair,
+    widest: ReasonedLimit,
+    time_s: float | None = None,
 ) -> Finding:
-    """Check runs of two models through the same integrator and step, over the whole run."""
+    """Check runs of two models through the same integrator and step, over the whole run.
+
+    time_s: the instant to look at alone: the record there and the one before.
+    """
+    if time_s is not None:
+        last = int(np.argmin(np.abs(left["time"].values - time_s)))
+        left, right = (run.isel(time=slice(max(last - 1, 0), last + 1)) for run in (left, right))
     quantity = about.key.quantity
     limit = repetition_limit(pair, quantity)
     measured = largest_difference(left, right, quantity)
@@ -315,28 +322,10 @@ def repetition_limit(pair: Pair, quantity: str) -> ReasonedLimit:
     return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + rounding), basis)
 
 
-def check_at_time(
-    about: Subject,
-    left: xr.Dataset,
-    right: xr.Dataset,
-    pair: Pair,
-    widest: ReasonedLimit,
-    time_s: float,
-) -> Finding:
-    """Check like ``check_same_step``, at one instant: the record there and the one before."""
-
-    def select_records(run: xr.Dataset) -> xr.Dataset:
-        index = int(np.argmin(np.abs(run["time"].values - time_s)))
-        return run.isel(time=slice(max(index - 1, 0), index + 1))
-
-    return check_same_step(about, select_records(left), select_records(right), pair, widest)
-
-
 def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
     """Measure how far a run moves when its start is changed by a rounding."""
-    return measure_deviation(
-        about, nudged, run, "every angle and displacement started a rounding away"
-    )
+    basis = "every angle and displacement started a rounding away"
+    return measure_deviation(about, nudged, run, basis)
 
 
 def check_refined_runs(
@@ -351,12 +340,10 @@ def check_refined_runs(
     the side's uncertainty.
     """
     quantity = about.key.quantity
-    uncertainties = [
-        max(uncertainty(*pair, quantity) for pair in zip(side[1::2], side[2::2], strict=True))
-        for side in (left, right)
-    ]
+    pairs = (zip(side[1::2], side[2::2], strict=True) for side in (left, right))
+    u1, u2 = (max(uncertainty(*pair, quantity) for pair in side) for side in pairs)
     rounding = max(run_rounding(side[0], quantity) for side in (left, right))
-    combined = float(np.hypot(uncertainties[0], uncertainties[1]))
+    combined = float(np.hypot(u1, u2))
     measured = largest_difference(left[0], right[0], quantity)
     return make_check(
         about,
@@ -364,8 +351,7 @@ def check_refined_runs(
         tolerance=combined + rounding,
         resolved=combined <= widest.value,
         basis=(
-            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {uncertainties[0]:.2g} and u2 ="
-            f" {uncertainties[1]:.2g} by step"
+            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {u1:.2g} and u2 = {u2:.2g} by step"
             f" refinement, eps s sqrt(N) = {rounding:.1g}; {describe_acceptance(widest)}"
         ),
         relative=relative_value(measured, left[0], quantity),

@@ -8,7 +8,7 @@ import sys
 import traceback
 import webbrowser
 from contextlib import redirect_stdout
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -32,17 +32,15 @@ from crosscheck.models.errors import (
 from crosscheck.models.refusals import refuse
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
-app = typer.Typer(
-    no_args_is_help=True,
+make_group = partial(typer.Typer, no_args_is_help=True)
+app = make_group(
     help="Check hand-derived equations of motion of any arm or robot against independent engines.",
     pretty_exceptions_enable=False,
 )
 
-baseline = typer.Typer(
-    no_args_is_help=True, help="Record a cross-check, and find out later what changed."
-)
+baseline = make_group(help="Record a cross-check, and find out later what changed.")
 app.add_typer(baseline, name="baseline")
-cache = typer.Typer(no_args_is_help=True, help="Show or clear the files kept between runs.")
+cache = make_group(help="Show or clear the files kept between runs.")
 app.add_typer(cache, name="cache")
 
 File = Path | None  # type of optional file options
@@ -269,7 +267,7 @@ def trial(
         settings=settings or [],
         quick=quick,
         seed=seed,
-        jobs=jobs,
+        jobs=jobs or os.cpu_count() or 1,
         json_file=json_file,
         junit=junit,
         out=out,
@@ -319,10 +317,7 @@ def compare(
 
 @app.command()
 def cost(
-    robot: Annotated[
-        str,
-        Argument(metavar="ROBOT", help=NAMES),
-    ],
+    robot: Annotated[str, Argument(metavar="ROBOT", help=NAMES)],
     motion: Annotated[
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
@@ -343,9 +338,8 @@ def cost(
     """Show the errors in torque and at the tip if rotors or their coupling are left out."""
     from crosscheck.cli.cost import cost_command
 
-    raise typer.Exit(
-        cost_command(robot, motion, (ratio, rotor_inertia), seed, quick, json_file, out)
-    )
+    rotors = ratio, rotor_inertia
+    raise typer.Exit(cost_command(robot, motion, rotors, seed, quick, json_file, out))
 
 
 @app.command()
@@ -493,10 +487,8 @@ def build_commands() -> Any:
 
 def is_completion() -> bool:
     """Whether a shell asks for completions, or a user for the script of completions."""
-    return COMPLETION in os.environ or sys.argv[1:2] in (
-        ["--install-completion"],
-        ["--show-completion"],
-    )
+    options = ["--install-completion"], ["--show-completion"]
+    return COMPLETION in os.environ or sys.argv[1:2] in options
 
 
 def main() -> NoReturn:

@@ -23,7 +23,7 @@ from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
 from crosscheck.models.errors import make_printable
 from crosscheck.models.loading import load_selection
 from crosscheck.models.mechanism import select_mechanism
-from crosscheck.output import require_files, write_files
+from crosscheck.output import require_files
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count
@@ -34,7 +34,7 @@ from crosscheck.report.terminal import (
     print_changed,
     print_report_summary,
 )
-from crosscheck.run import CrossCheck, OutcomeCallback, run_cross_check
+from crosscheck.run import CrossCheck, run_cross_check
 from crosscheck.runner.progress import QUIET_S, show_progress
 
 STDERR = Console(stderr=True)
@@ -51,33 +51,21 @@ def make_request(
 
 def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print its summary; returns the exit code."""
-    from crosscheck.report.plots.charts import Charts
+    require_files((out / "index.html", PAGE), (out / "agreement.json", AGREEMENT))
+    result = run_with_progress(chosen, jobs)
+    from crosscheck.report.html import write_report  # Matplotlib would delay the simulations
 
-    files = out / "index.html", out / "agreement.json"
-    require_files(*zip(files, (PAGE, AGREEMENT), strict=True))
-    charts = Charts()
-    result = run_with_progress(chosen, jobs, charts.show)
-    from crosscheck.report.html import (
-        render_report_page,  # imports Matplotlib, which would delay the simulations
-    )
-
-    page = render_report_page(result, charts.build_pictures())
-    data = format_agreement_json(result.agreement, result.mechanism)
-    write_files(dict(zip(files, (page, data), strict=True)))
+    page, data = write_report(result, out)
     print_report_summary(result.agreement, result.mechanism)
-    print(f"wrote {files[0]} and {files[1]}")
+    print(f"wrote {page} and {data}")
     return result.agreement.exit_code
 
 
-def run_with_progress(
-    chosen: CrossCheckRequest, jobs: int, on_outcome: OutcomeCallback = lambda key, outcome: None
-) -> CrossCheck:
+def run_with_progress(chosen: CrossCheckRequest, jobs: int) -> CrossCheck:
     """Cross-check an arm, showing progress and warnings."""
     about = f"cross-checking {make_printable(chosen.name)}"
     with show_progress(about, QUIET_S if chosen.quick else 0.0) as progress:
-        return run_cross_check(
-            chosen, jobs=jobs, progress=progress, on_warning=_print_warning, on_outcome=on_outcome
-        )
+        return run_cross_check(chosen, jobs=jobs, progress=progress, on_warning=_print_warning)
 
 
 def _print_warning(line: str) -> None:
@@ -104,15 +92,12 @@ def prepare_recording(
     """Subject of a baseline, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return make_request(arm, scenarios, settings, quick, 0), run_with_progress
-    from crosscheck.cli.trial import (  # imports SymPy, which no other command needs
-        make_trial_request,
-        run_trial_with_progress,
-    )
+    from crosscheck.cli import trial  # SymPy, which no other command needs
     from crosscheck.trial.trial import make_cross_check_request
 
     chosen = load_selection(arm, scenarios, settings)
-    request = make_trial_request(model, chosen, quick=quick, seed=0)
-    return make_cross_check_request(request), partial(run_trial_with_progress, request)
+    request = trial.make_trial_request(model, chosen, quick=quick, seed=0)
+    return make_cross_check_request(request), partial(trial.run_trial_with_progress, request)
 
 
 def accept_command(
@@ -144,10 +129,8 @@ def accept_command(
     write_baseline(path, baseline)
     for line in find_uncompared(baseline):
         print(make_printable(line))
-    counts = [
-        format_count(len(baseline.checks), "verdict"),
-        format_count(len(baseline.runs), "run"),
-    ]
+    counts = [format_count(len(baseline.checks), "verdict")]
+    counts += [format_count(len(baseline.runs), "run")]
     counts += [format_count(len(baseline.known), "known difference")] if baseline.known else []
     print(f"wrote {make_printable(str(path))}: {', '.join(counts)}")
     return 0
@@ -163,9 +146,8 @@ def _can_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
         return False
     if result.agreement.checks and (with_differences or not (wrong or lost)):
         return True
-    counts = [format_count(len(wrong), "differing check")] + [
-        format_count(len(lost), "lost run")
-    ] * bool(lost)
+    counts = [format_count(len(wrong), "differing check")]
+    counts += [format_count(len(lost), "lost run")] if lost else []
     print(f"{', '.join(counts)}: nothing recorded (--with-differences records known differences)")
     return False
 
@@ -185,7 +167,7 @@ def check_command(
     Raises InputError, before anything is run, for a record that cannot be compared with this.
     """
     path = baseline_path(folder, chosen)
-    require_files((junit, JUNIT), reserved_path=path)
+    require_files((junit, JUNIT), reserved=path)
     baseline = read_baseline(path, chosen, renew)
     agreement = compare(baseline, runner(chosen, jobs))
     write_requested((junit, lambda: format_junit(agreement, f"baseline {chosen.name}")))

@@ -73,16 +73,12 @@ def compare_command(
         records = tuple(add_drive_torques(each, chosen) for each in records)
     for each in records:
         if each.motor_torque is None and each.joint_torque is None:
-            reason = (
-                "has no torques; columns must be torque_1_N_m, ..., or --scenario says whose drive"
-            )
-            raise InputError(each.where, "", None, reason)
+            columns = "columns must be torque_1_N_m, ..., or --scenario says whose drive"
+            raise InputError(each.where, "", None, f"has no torques; {columns}")
     with show_progress(f"comparing {make_printable(str(record))}") as progress:
         comparison = compare(mechanism, records, transmission, progress, knowledge, tolerances)
-    requests: list[FileRequest] = [
-        (json_file, lambda: comparison_json(comparison)),
-        (page, lambda: comparison_page(comparison)),
-    ]
+    requests: list[FileRequest] = [(json_file, lambda: comparison_json(comparison))]
+    requests.append((page, lambda: comparison_page(comparison)))
     if (excitation := comparison.excitation) is not None:
         requests.append((table, lambda: format_excitation(excitation, mechanism.robot.slides)))
     print_and_write(describe_comparison(comparison), *requests)

@@ -41,11 +41,9 @@ GROUPS: dict[str, dict[str, str]] = {
 # Types as people call them; a switch has none, and an argument's name says enough.
 TYPES = {
     "bool": "",
-    "path": "FILE",
-    "Path": "FILE",
     "str": "TEXT",
-    "int": "NUMBER",
-    "float": "NUMBER",
+    **dict.fromkeys(("path", "Path"), "FILE"),
+    **dict.fromkeys(("int", "float"), "NUMBER"),
 }
 HELP_NAMES = ["-h", "--help"]
 

@@ -8,9 +8,8 @@ from pathlib import Path
 from crosscheck.models.errors import make_printable
 from crosscheck.output import write_files
 
-FileRequest = tuple[
-    Path | None, Callable[[], str]
-]  # a path or None, and the function that makes the text
+# A path, None for no file, and the function that makes its text.
+FileRequest = tuple[Path | None, Callable[[], str]]
 
 
 def write_requested(*requests: FileRequest) -> list[str]:

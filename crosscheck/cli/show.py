@@ -18,14 +18,7 @@ from crosscheck.analytic.paper.mesh_frequency import mesh_phases, ring_mesh_rate
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
 from crosscheck.mechanisms import supply
-from crosscheck.models.arm.arm import (
-    Arm,
-    Direct,
-    Link,
-    Planetary,
-    describe_loads,
-    joint_mass,
-)
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_loads, joint_mass
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
@@ -109,10 +102,8 @@ def _tables(arm: Arm) -> Iterator[Table]:
         title = f"joint {place + 1}"
         yield _table(title, _stated_quantities(joint), place + 1)
         if isinstance(joint, Planetary):
-            for named in named_meshes(joint):
-                given = (*_stated_quantities(named.mesh.stiffness), *_stated_quantities(named.mesh))
-                rows = [*given, *derived_mesh(joint, named)]
-                yield _table(f"{title}, {named.title}", rows, place + 1)
+            for mesh_title, rows in _mesh_rows(joint):
+                yield _table(f"{title}, {mesh_title}", rows, place + 1)
         yield _table(f"{title}, derived", derived_joint(joint), place + 1)
         link = arm.links[place]
         rows = [*_stated_quantities(link), *_derived_link(joint, link)]
@@ -180,48 +171,37 @@ class DerivedQuantity(NamedTuple):
     symbol: str = ""
 
 
-class NamedMesh(NamedTuple):
-    """A mesh of a joint: what it is called, in words and as an index, and what moves in it.
-
-    mass: M_s of the sun, or that of all planets, N M_p [kg]; damping: of N planets alike [N s/m];
-    phase: its constant [rad], given or from the teeth.
-    """
-
-    title: str
-    pair: str
-    mesh: PlanetMesh
-    mass: float
-    damping: float
-    phase: float
-
-
-def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
-    """The meshes with sun and ring: of all planets, or of each where they differ."""
+def _mesh_rows(joint: Planetary) -> Iterator[tuple[str, list[DerivedQuantity]]]:
+    """Titles and quantities of the meshes: of all planets, or of each where they differ."""
     sun, planet, _ = equivalent_masses(joint)
-    masses = sun, joint.planet_count * planet
+    count, masses = joint.planet_count, (sun, joint.planet_count * planet)  # that move in a mesh
     alike = next(find_unlike_fields(joint), None) is None
-    for n in range(1 if alike else joint.planet_count):
+    for n in range(1 if alike else count):
         suffix = "" if alike else f" of planet {n + 1}"
-        d, phases = damping(joint, n), mesh_phases(joint, n)
-        for k, (side, pair) in enumerate((("sun", "sp"), ("ring", "pr"))):
-            mesh = (joint.sun_mesh, joint.ring_mesh)[k].planet_mesh(n)
-            yield NamedMesh(f"{side} mesh{suffix}", pair, mesh, masses[k], d[k], phases[k])
+        meshes = (side.planet_mesh(n) for side in (joint.sun_mesh, joint.ring_mesh))
+        values = zip(meshes, masses, damping(joint, n), mesh_phases(joint, n), strict=True)
+        for side, (mesh, mass, d, phase) in zip(("sun", "ring"), values, strict=True):
+            rows = [*_stated_quantities(mesh.stiffness), *_stated_quantities(mesh)]
+            pair = "sp" if side == "sun" else "pr"
+            rows += _derived_mesh(mesh, pair, count, d, mass)
+            if mesh.phase_rad is None:
+                rows.append(DerivedQuantity("phase from the teeth", phase, "rad"))
+            yield f"{side} mesh{suffix}", rows
 
 
-def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity]:
-    """Stiffness of one planet's contact with sun or ring, and damping in both forms."""
-    law, pair = named.mesh.stiffness, named.pair
-    mean = mean_stiffness(law)
-    ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
+def _derived_mesh(
+    mesh: PlanetMesh, pair: str, count: int, d: float, mass: float
+) -> Iterator[DerivedQuantity]:
+    """Stiffness of one planet's contact, and the damping of all [N s/m] in both forms."""
+    law, mean = mesh.stiffness, mean_stiffness(mesh.stiffness)
+    ratio = d / (2 * math.sqrt(count * mean * mass))
     amplitude = np.array([law.amplitude_N_per_m if isinstance(law, SineStiffness) else 0.0])
     largest = float(peak_stiffness(stiffness_data([law]), np.array([mean]), amplitude)[0])
     yield DerivedQuantity("mean stiffness, per planet", mean, "N/m")
     yield DerivedQuantity("largest stiffness, per planet", largest, "N/m")
-    together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets"
-    yield DerivedQuantity(together, named.damping, "N s/m", f"d_{pair}")
+    damped = f"d_{pair}, damping of x_{pair}, {count} planets"
+    yield DerivedQuantity(damped, d, "N s/m", f"d_{pair}")
     yield DerivedQuantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
-    if named.mesh.phase_rad is None:
-        yield DerivedQuantity("phase from the teeth", named.phase, "rad")
 
 
 def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
@@ -257,10 +237,8 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
         name = f"M_{index}, equivalent mass of {part}"
         yield DerivedQuantity(name, mass, "kg", f"M_{index}")
         yield DerivedQuantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
-    for part, equivalent_mass, mass in (
-        ("sun", masses[0], joint.sun_mass_kg),
-        ("planet", masses[1], joint.planet_mass_kg),
-    ):
+    given = {"sun": joint.sun_mass_kg, "planet": joint.planet_mass_kg}
+    for (part, mass), equivalent_mass in zip(given.items(), masses, strict=False):
         if mass:
             ratio = math.sqrt(equivalent_mass / mass)
             yield DerivedQuantity(f"{part}: radius of gyration over base radius", ratio)
@@ -294,12 +272,9 @@ def _mesh_poles(model: PhysicalModel) -> list[complex]:
 def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:
     """Quantities of the experiments that a cross-check makes for an arm not the paper's."""
     yield DerivedQuantity("rate of the controller", sizes.rate, "rad/s")
-    yield DerivedQuantity(
-        "duration of the step of torque", make_step_scenario(sizes).duration_s, "s"
-    )
-    yield DerivedQuantity(
-        "duration of the controlled motion", make_pd_scenario(sizes).duration_s, "s"
-    )
+    step_s, motion_s = make_step_scenario(sizes).duration_s, make_pd_scenario(sizes).duration_s
+    yield DerivedQuantity("duration of the step of torque", step_s, "s")
+    yield DerivedQuantity("duration of the controlled motion", motion_s, "s")
     columns = (
         ("inertia of the rigid arm, stretched out", sizes.inertia, "kg m^2"),
         ("step of torque", sizes.step, "N m"),

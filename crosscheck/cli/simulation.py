@@ -49,9 +49,8 @@ class SimulationRequest(SelfKeyedTask):
         record = record_provenance(mechanism, 0, False, packages=entry.versioned_packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
         positions = run["theta"].values
-        summary = describe_joints(mechanism, positions[-1]) + list_beyond_ranges(
-            mechanism, positions
-        )
+        summary = describe_joints(mechanism, positions[-1])
+        summary += list_beyond_ranges(mechanism, positions)
         return encode_netcdf(run), f"{run.sizes['time']} times{summary}"
 
 
@@ -66,11 +65,7 @@ def list_beyond_ranges(mechanism: Mechanism, positions: np.ndarray) -> str:
     if not isinstance(mechanism, Robot):
         return ""
     extremes = zip(mechanism.joints, positions.min(axis=0), positions.max(axis=0), strict=True)
-    beyond = [
-        joint.name
-        for joint, lowest, highest in extremes
-        if lowest < joint.limits.lower or highest > joint.limits.upper
-    ]
+    beyond = [j.name for j, low, high in extremes if low < j.limits.lower or high > j.limits.upper]
     return f"; beyond the ranges, which no model enforces: {', '.join(beyond)}" if beyond else ""
 
 

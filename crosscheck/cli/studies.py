@@ -42,9 +42,7 @@ def sweep_command(file: Path, out: Path, jobs: int, resume: bool, run_code: bool
 
 def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
     """Draw quantities of a result into a PNG file. Raises InputError."""
-    from crosscheck.studies.plot import (
-        draw_selected,
-    )  # imports Matplotlib, which a study does not need
+    from crosscheck.studies.plot import draw_selected  # Matplotlib, which no study needs
 
     remember(file)
     path = out or file.with_suffix(".png")
@@ -57,9 +55,8 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
     """Print the range of every quantity, and the difference from a second engine."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
-        table = Table(
-            Column("quantity", overflow="fold"), Column("unit", overflow="fold"), box=None
-        )
+        names = (Column(head, overflow="fold") for head in ("quantity", "unit"))
+        table = Table(*names, box=None)
         # On a narrow terminal names are folded; numbers stay whole.
         for head in ("undefined", "least", "median", "largest"):
             table.add_column(head, no_wrap=True)

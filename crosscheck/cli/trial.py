@@ -78,17 +78,14 @@ def _try_equations(request: TrialRequest) -> Any:
 
 @dataclass(frozen=True)
 class TrialOptions:
-    """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table.
-
-    jobs: None if the command line does not state it.
-    """
+    """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table."""
 
     names: tuple[str, ...]
     scenarios: list[str]
     settings: list[str]
     quick: bool
     seed: int
-    jobs: int | None
+    jobs: int
     json_file: Path | None
     junit: Path | None
     out: Path | None
@@ -97,11 +94,6 @@ class TrialOptions:
     after: tuple[Path, ...]
     coordinates: Path | None
     run_code: bool
-
-    @property
-    def processes(self) -> int:
-        """Number of processes that work: all cores by default."""
-        return self.jobs or os.cpu_count() or 1
 
     @property
     def page(self) -> Path | None:
@@ -130,8 +122,7 @@ class TrialOptions:
         chosen = select_mechanism(self.arm, (), self.settings)
         coordinates, level = load_coordinates(self.coordinates)
         given = chosen.mechanism, coordinates, level, chosen.switches, self.quick, self.seed
-        table: AnsweredTrial = supply("make_table", chosen.mechanism.section)(*given)
-        return table
+        return supply("make_table", chosen.mechanism.section)(*given)
 
     def format_shared_options(self) -> str:
         """The options that --ask and --answers must share."""
@@ -173,7 +164,7 @@ def _make_request(
     options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
     """The trial of equations from a table, an FMU or the model. Raises InputError."""
-    quick, seed, jobs = options.quick, options.seed, options.processes
+    quick, seed, jobs = options.quick, options.seed, options.jobs
     if options.answers:
         table = options.table()
         equations = build_table_equations(read_trial_answers(table, options.answers))
@@ -200,7 +191,7 @@ def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: Selecti
     experiment = chosen.arm, chosen.scenarios, laws
     name = options.fmu.name
     with show_progress(f"running {make_printable(name)}") as progress:
-        agreement = compare_unit_runs(unit, name, *experiment, options.processes, progress)
+        agreement = compare_unit_runs(unit, name, *experiment, options.jobs, progress)
     named = write_requested(
         (options.json_file, lambda: format_agreement_json(agreement, chosen.arm)),
         (options.junit, lambda: format_junit(agreement, f"trial {name} {chosen.arm.name}")),
@@ -220,9 +211,8 @@ def _report_trial(trial: Trial, options: TrialOptions) -> int:
     )
 
     texts = format_trial_json, format_trial_junit, render_trial_page
-    requests = (
-        (path, partial(text, trial)) for (path, _), text in zip(options.files, texts, strict=True)
-    )
+    paths = (path for path, _ in options.files)
+    requests = ((path, partial(text, trial)) for path, text in zip(paths, texts, strict=True))
     print_and_write(trial.lines, *requests)
     return trial.exit_code
 
@@ -240,9 +230,8 @@ def ask(options: TrialOptions) -> None:
         with tempfile.TemporaryDirectory() as folder:  # none of its code is run
             unpack_fmu(options.fmu, Path(folder))
             variables = read_description(str(options.fmu), Path(folder))
-        _write_new(
-            options.out, {"map.toml": draft_mapping(make_printable(options.fmu.name), variables)}
-        )
+        draft = draft_mapping(make_printable(options.fmu.name), variables)
+        _write_new(options.out, {"map.toml": draft})
         print(f"wrote {make_printable(str(options.out / 'map.toml'))}: check every name in it")
         return
     table = options.table()
@@ -274,33 +263,27 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 def _require_compatible(options: TrialOptions) -> None:
     """Raise InputError for options that do not go together."""
-    table = "--ask" if options.ask else "--answers" if options.answers else ""
-    conflicts = {
-        "--scenario": bool(table and options.scenarios),
-        "--json": bool(options.ask and options.json_file),
-        "--junit": bool(options.ask and options.junit),
-        "--answers": bool(options.ask and options.answers),
-    }
-    for name in (name for name, there in conflicts.items() if there):
-        raise InputError(name, "", None, f"cannot be used with {table}")
-    if options.fmu is not None and not options.ask:
-        if options.coordinates is None:
-            draft = shlex.join(("crosscheck", "trial", "--ask", str(options.fmu), "--out", "map"))
-            reason = f"is missing: the file that names an FMU's variables; {draft} drafts it"
-            raise InputError("--coordinates", "", None, reason)
-        if not options.run_code:
-            raise InputError("--run-code", "", None, f"is needed: {options.fmu} is code")
-    if options.coordinates and not (table or options.fmu):
-        raise InputError(
-            "--coordinates", "", None, "is for --ask and --answers; a MODEL has its own"
-        )
-    if options.after and not options.ask:
-        raise InputError("--after", "", None, "needs --ask")
-    if options.ask and options.out is None:
-        raise InputError("--ask", "", None, "needs --out, the folder to write")
-    if table and len(options.names) > (2 if options.fmu else 1):
-        raise InputError(
-            table, "", " ".join(options.names), "takes the place of MODEL; name the ARM alone"
-        )
+    asks, fmu, coordinates = options.ask, options.fmu, options.coordinates
+    table = "--ask" if asks else "--answers" if options.answers else ""
+    draft = shlex.join(("crosscheck", "trial", "--ask", str(fmu), "--out", "map"))
+    runs_fmu, conflicts = fmu is not None and not asks, f"cannot be used with {table}"
+    needless = "is for --ask and --answers; a MODEL has its own"
+    unnamed = f"is missing: the file that names an FMU's variables; {draft} drafts it"
+    for option, is_wrong, reason in (
+        ("--scenario", table and options.scenarios, conflicts),
+        ("--json", asks and options.json_file, conflicts),
+        ("--junit", asks and options.junit, conflicts),
+        ("--answers", asks and options.answers, conflicts),
+        ("--coordinates", runs_fmu and coordinates is None, unnamed),
+        ("--run-code", runs_fmu and not options.run_code, f"is needed: {fmu} is code"),
+        ("--coordinates", coordinates and not (table or fmu), needless),
+        ("--after", options.after and not asks, "needs --ask"),
+        ("--ask", asks and options.out is None, "needs --out, the folder to write"),
+    ):
+        if is_wrong:
+            raise InputError(option, "", None, reason)
+    if table and len(options.names) > (2 if fmu else 1):
+        names = " ".join(options.names)
+        raise InputError(table, "", names, "takes the place of MODEL; name the ARM alone")
     if not table and not options.names:
         raise InputError("trial", "MODEL", None, "is missing; or use --ask and --answers")

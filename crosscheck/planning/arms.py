@@ -23,13 +23,7 @@ from crosscheck.models.files import read_raw_arm
 from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning import plan
 from crosscheck.planning.checks import plan_checks
-from crosscheck.planning.comparison import (
-    Comparison,
-    Plan,
-    Results,
-    collect_tasks,
-    compare_entries,
-)
+from crosscheck.planning.comparison import Comparison, Plan, Results, collect_tasks, compare_entries
 from crosscheck.planning.preparation import Preparation, prepare_experiments
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
@@ -42,13 +36,7 @@ from crosscheck.registry import (
     is_covering,
     select_covering,
 )
-from crosscheck.runner.tasks import (
-    FORMS,
-    Evaluation,
-    Simulation,
-    SymbolicEvaluation,
-    make_setting,
-)
+from crosscheck.runner.tasks import FORMS, Evaluation, Simulation, SymbolicEvaluation, make_setting
 from crosscheck.runner.workers import Workers
 
 COUNT, QUICK_COUNT = 200, 20
@@ -71,14 +59,11 @@ def plan_comparisons(request: plan.CrossCheckRequest, preparation: Preparation) 
     """
     settings = request.arm, preparation.experiments[0], preparation.limit_s
     comparisons, _ = plan_checks(Subjects(arms=list(sample_request(request))))
-    for experiment in (
-        *preparation.experiments,
-        *plan.make_short_experiments(*settings),
-        *plan.make_energy_experiments(*settings),
-        *plan.make_order_experiments(*settings),
-    ):
+    makers = plan.make_short_experiments, plan.make_energy_experiments, plan.make_order_experiments
+    further = (each for make in makers for each in make(*settings))
+    for experiment in (*preparation.experiments, *further):
         comparisons += plan_experiment_comparisons(experiment)
-    return [*comparisons, *(each.comparison for each in preparation.lost)]
+    return [*comparisons, *preparation.lost]
 
 
 def plan_experiment_comparisons(experiment: plan.Experiment) -> list[Comparison]:
@@ -202,15 +187,11 @@ def switch_combinations() -> list[Switches]:
     """The sixteen combinations of the paper's four switches, and those that others change."""
     fields = ("phase", "ring_rate", "dead_zone", "damping")
     values = (("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact"))
-    papers: list[dict[str, str]] = [
-        dict(zip(fields, chosen, strict=True)) for chosen in product(*values)
-    ]
+    papers = [dict(zip(fields, chosen, strict=True)) for chosen in product(*values)]
     single = [{**each, "planets": "free"} for each in papers if each["ring_rate"] == "corrected"]
-    springs = [
-        {**each, "mesh_work": "conservative"}
-        for each in (*papers, *single)
-        if (each["phase"], each["dead_zone"]) == ("angle", "exact")
-    ]
+    smooth = {"phase": "angle", "dead_zone": "exact"}
+    conserving = [each for each in (*papers, *single) if each.items() >= smooth.items()]
+    springs = [{**each, "mesh_work": "conservative"} for each in conserving]
     return [switches(**chosen) for chosen in (*papers, *single, *springs)]
 
 
@@ -218,9 +199,8 @@ def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
     """Sentences on what a quick cross-check of an arm leaves out."""
     runs = f"at most {plan.QUICK_STEPS:,} steps of each experiment are simulated"
     if request.has_fixed_steps:
-        short = (
-            f"{each:g} of {plan.FULL_S[name]:g} s of {name}" for name, each in plan.QUICK_S.items()
-        )
+        full = plan.FULL_S
+        short = (f"{part:g} of {full[name]:g} s of {name}" for name, part in plan.QUICK_S.items())
         runs = f"{' and '.join(short)} are simulated"
     elif request.needs_sizes:
         runs = f"{runs}; a full cross-check takes up to {plan.FULL_STEPS:,}"

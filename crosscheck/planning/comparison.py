@@ -102,12 +102,6 @@ def make_comparison(
     return Comparison(about, tuple(tasks), judge_results)
 
 
-def get_answers(results: Results, tasks: Sequence[ModelTask]) -> dict[str, Any]:
-    """The results of those tasks that have one, by the names of their models."""
-    answers = {task.model: results.get(task) for task in tasks}
-    return {model: answer for model, answer in answers.items() if answer is not None}
-
-
 def compare_entries(
     question: Any, model: Any, engines: Sequence[Any], results: Results
 ) -> Iterator[EntryDifferences]:
@@ -116,7 +110,8 @@ def compare_entries(
     Nothing if the model or all others have failed: their own comparisons fail.
     """
     values = results.get(model.ask(question))
-    answers = get_answers(results, [each.ask(question) for each in engines])
+    answered = {each.model: results.get(each.ask(question)) for each in engines}
+    answers = {name: answer for name, answer in answered.items() if answer is not None}
     if values is None or not answers:
         return
     setting, quantity = model.setting, question.__name__

@@ -76,10 +76,8 @@ RESERVED_NAMES = (
 )
 
 # Of runs that choose their own steps.
-RTOL: dict[str, float] = {
-    **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),
-    **dict.fromkeys(("reference-coarse", "precise-coarse"), COARSE_RTOL),
-}
+RTOL = dict.fromkeys(("reference", "precise"), REFERENCE_RTOL)
+RTOL |= dict.fromkeys(("reference-coarse", "precise-coarse"), COARSE_RTOL)
 
 
 class Experiment(ExperimentPlan):
@@ -136,9 +134,8 @@ class Experiment(ExperimentPlan):
         if variant in ("free", "free-nudged"):
             laws = self.case.switches.model_copy(update={"planets": "free"})
             case = case._replace(switches=laws)
-        return Simulation(
-            key, perturb_start_by_one_ulp(case) if variant in ("nudged", "free-nudged") else case
-        )
+        is_nudged = variant in ("nudged", "free-nudged")
+        return Simulation(key, perturb_start_by_one_ulp(case) if is_nudged else case)
 
     def _step(self, model: str) -> float:
         """Step of a model's run [s]; the rigid arm has no mesh to resolve."""
@@ -282,9 +279,8 @@ def make_short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[
     """
     step = resolved_step(first, limit_s, SHORT_RESOLVED)
     duration = SHORT_STEPS * step
-    torques = np.maximum(
-        largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
-    )
+    largest = largest_torques(arm, first.case.scenario)
+    torques = np.maximum(largest, _crossing_torques(arm, duration / 3))
     experiments = []
     for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
         scenario = sizing.make_bent_scenario(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
@@ -330,11 +326,10 @@ def make_order_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[
         start=start,
         drive=sizing.make_torque_drive(largest_torques(arm, first.case.scenario)),
     )
-    arms = {"order-smooth": remove_backlash(arm), "order-impact": arm}
-    return [
-        Experiment(name, Case(each, scenario, usual_switches(arm)), purpose="order")
-        for name, each in arms.items()
-    ]
+    impact = Case(arm, scenario, usual_switches(arm))
+    smooth = impact._replace(arm=remove_backlash(arm))
+    cases = {"order-smooth": smooth, "order-impact": impact}
+    return [Experiment(name, case, purpose="order") for name, case in cases.items()]
 
 
 def make_energy_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
@@ -348,19 +343,17 @@ def make_energy_experiments(arm: Arm, first: Experiment, limit_s: float) -> list
     step = resolved_step(first, limit_s, SHORT_RESOLVED)
     torques = largest_torques(arm, first.case.scenario)
     scenario = sizing.make_bent_scenario("energy", ENERGY_STEPS, SHORT_RECORDS, step, torques)
-    smooth_joints = tuple(
-        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
-        for joint in replace_damping(arm, 0.0).joints
-    )
-    lossless = arm.model_copy(update={"joints": smooth_joints})
+    smooth = {"friction_N_m_s_per_rad": 0.0}
+    smooth_joints = (joint.model_copy(update=smooth) for joint in replace_damping(arm, 0.0).joints)
+    lossless = arm.model_copy(update={"joints": tuple(smooth_joints)})
     free = usual_switches(arm, planets="free")
     springs = free.model_copy(update={"mesh_work": "conservative"})
-    smooth = Case(remove_backlash(lossless), scenario, springs)
+    touching = Case(remove_backlash(lossless), scenario, springs)
     # For integrators of second order: half as long, at a quarter of the step.
     half = {"duration_s": scenario.duration_s / 2, "step_s": scenario.step_s / 4}
     cases = {
-        "energy": smooth,
-        "energy-fine": smooth._replace(scenario=scenario.model_copy(update=half)),
+        "energy": touching,
+        "energy-fine": touching._replace(scenario=scenario.model_copy(update=half)),
         "energy-impacts": Case(lossless, scenario, springs),
         "energy-paper": Case(lossless, scenario, free),
     }
@@ -390,19 +383,16 @@ def perturb_start_by_one_ulp(case: Case) -> Case:
 
     Planets that are free start forth and back in turn.
     """
-    joints, start = len(case.arm.joints), case.scenario.start
+    joints, start, slip = len(case.arm.joints), case.scenario.start, rounding(case.arm)
+    shifts = {"theta_rad": EPS, "sun_planet_offset_m": slip, "planet_ring_offset_m": slip}
     update: dict[str, object] = {
         name: tuple(value + by for value in expand_to_joints(getattr(start, name), joints))
-        for name, by in (
-            ("theta_rad", EPS),
-            ("sun_planet_offset_m", rounding(case.arm)),
-            ("planet_ring_offset_m", rounding(case.arm)),
-        )
+        for name, by in shifts.items()
     }
     if case.switches.planets == "free":
         update["planet_offset_m"] = tuple(
             tuple(
-                offset + rounding(case.arm) * (1 if planet % 2 else -1)
+                offset + slip * (1 if planet % 2 else -1)
                 for planet, offset in enumerate(planet_offsets(start, number, joint.planet_count))
             )
             for number, joint in enumerate(case.arm.joints)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from crosscheck.analytic.paper.coverage import PAPER_COVERAGE
 from crosscheck.checks.modes import largest_stable_step
@@ -41,22 +42,12 @@ MOST_HALVINGS = 4
 # By how much, judged by each of the runs that a comparison will judge by: where in a step contacts
 # are met hangs on the step, so that one of them may be close to the fine run by chance.
 MARGINS = {"coarse": 2.0, "coarse-2": 1.1, "coarse-3": 1.1}
-QueryResult = TypeVar("QueryResult")
 
 
-class FailedPreparation(NamedTuple):
-    """A thing that could not be found out, of which experiment or arm, by which model; and why."""
-
-    key: ComparisonKey
-    why: Failure
-
-    @property
-    def comparison(self) -> Comparison:
-        """The failed check for what is lost: the plan stands on what it knew without."""
-        what = Subject(self.key, "1", "whether it could be found out", "the plan")
-        return make_comparison(
-            what, (), partial(make_failed_check, note=f"{self.key.left}: {self.why}")
-        )
+def fail_preparation(key: ComparisonKey, why: Failure) -> Comparison:
+    """The failed check for what could not be found out: the plan stands on what it knew without."""
+    about = Subject(key, "1", "whether it could be found out", "the plan")
+    return make_comparison(about, (), partial(make_failed_check, note=f"{key.left}: {why}"))
 
 
 @dataclass(frozen=True)
@@ -69,19 +60,19 @@ class Preparation:
     experiments: Sequence[Experiment]
     limit_s: float
     remarks: tuple[str, ...]
-    lost: tuple[FailedPreparation, ...] = ()
+    lost: tuple[Comparison, ...] = ()
 
 
 @dataclass(frozen=True)
-class Query(SelfKeyedTask, Generic[QueryResult]):
+class Query(SelfKeyedTask):
     """A task: a function that finds something out by asking models; ``cost``: estimated [s]."""
 
-    function: Callable[..., QueryResult]
+    function: Callable[..., Any]
     arguments: tuple[Any, ...]
     cost: float
 
     @return_failures
-    def perform(self) -> QueryResult:
+    def perform(self) -> Any:
         """The function's answer, or what is wrong with a model that was asked."""
         return self.function(*self.arguments)
 
@@ -132,12 +123,12 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
     unknown depends on the machine, and so would the plan.
     """
-    lost: list[FailedPreparation] = []
-    sizes, size_remarks = None, list[str]()
+    failures: dict[ComparisonKey, Failure] = {}
+    sizes, remarks = None, list[str]()
     if request.needs_sizes:
         query = Query(compute_sizes, (request.arm,), 1.0)
-        (sizes,) = _run_queries({_key(request.arm.name, "sizes"): query}, workers, lost)
-        size_remarks = _describe_sizes(sizes, lost)
+        (sizes,) = _run_queries({_key(request.arm.name, "sizes"): query}, workers, failures)
+        remarks = _describe_sizes(sizes, list(failures.values()))
     outline = plan.draft_experiments(request, sizes)
     laws = usual_switches(request.arm)
     limits = {
@@ -147,32 +138,26 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
         for model in select_covering(find_same_integrator_models(), request.arm, laws)
         for each in outline
     }
-    step_limits = [
-        float(limit) for limit in _run_queries(limits, workers, lost) if limit is not None
-    ]
-    limit = min(step_limits, default=float("inf"))
+    answers = _run_queries(limits, workers, failures)
+    limit = min((float(each) for each in answers if each is not None), default=float("inf"))
     started = [plan.set_stable_step(each, limit) for each in outline]
-    growths: dict[ComparisonKey, Query[Any]] = {
-        _key(each.name, "growth-rate"): Query(
-            find_growing_mode, (each.case.arm, each.case.scenario), 0.5
-        )
+    growths = {
+        _key(each.name, "growth-rate"): Query(find_growing_mode, each.case[:2], 0.5)
         for each in outline
     }
-    steps = {
-        _key(each.name, "step"): Query(refine_until_resolved, (request, each), 5.0)
-        for each in ([] if request.has_fixed_steps else started)
-    }
-    answers = _run_queries(growths | steps, workers, lost)
+    free = [] if request.has_fixed_steps else started
+    steps = {_key(e.name, "step"): Query(refine_until_resolved, (request, e), 5.0) for e in free}
+    answers = _run_queries(growths | steps, workers, failures)
     fine = answers[len(growths) :] or [None] * len(started)
     experiments = [
         replace(settling or plan.limit_duration(request, experiment), growth=growth)
         for experiment, growth, settling in zip(started, answers, fine, strict=False)
     ]
-    remarks = [f"{each.name}: {each.growth}" for each in experiments if each.growth is not None]
+    remarks += [f"{each.name}: {each.growth}" for each in experiments if each.growth is not None]
     remarks += _describe_forms(request.arm)
-    return Preparation(
-        [*experiments, plan.make_probe_experiment()], limit, (*size_remarks, *remarks), tuple(lost)
-    )
+    experiments.append(plan.make_probe_experiment())
+    lost = itertools.starmap(fail_preparation, failures.items())
+    return Preparation(experiments, limit, tuple(remarks), tuple(lost))
 
 
 def _key(case: str, quantity: str, model: str = "") -> ComparisonKey:
@@ -181,11 +166,11 @@ def _key(case: str, quantity: str, model: str = "") -> ComparisonKey:
 
 
 def _run_queries(
-    queries: Mapping[ComparisonKey, Query[Any] | Evaluation],
+    queries: Mapping[ComparisonKey, Query | Evaluation],
     workers: Workers,
-    lost: list[FailedPreparation],
+    failures: dict[ComparisonKey, Failure],
 ) -> list[Any]:
-    """Answers in the order of the queries: None for each that failed, which ``lost`` collects.
+    """Answers in the order of the queries: None for each that failed, added to ``failures``.
 
     Raises Unfinished where a model did not come back.
     """
@@ -197,16 +182,15 @@ def _run_queries(
             if outcome.unfinished or outcome.kind == DIED:
                 what = f"preparing {key.case}: {key.quantity} by {key.left}"
                 raise Unfinished(f"{what}: {outcome}")
-            lost.append(FailedPreparation(key, outcome))
-            outcome = None
+            failures[key], outcome = outcome, None
         answers.append(outcome)
     return answers
 
 
-def _describe_sizes(sizes: Sizes | None, lost: Sequence[FailedPreparation]) -> list[str]:
+def _describe_sizes(sizes: Sizes | None, failures: Sequence[Failure]) -> list[str]:
     """Remarks on the experiments that were made for the arm, or why there are none."""
     if sizes is None:
-        return [f"experiments could not be sized to the arm: {each.why}" for each in lost]
+        return [f"experiments could not be sized to the arm: {each}" for each in failures]
     mode = "no gears" if sizes.mode_Hz is None else f"lowest mesh mode {sizes.mode_Hz:.4g} Hz"
     return [
         f"experiments sized to the arm: {mode}, controller at {sizes.rate:.3g} rad/s",
@@ -219,11 +203,8 @@ def _describe_sizes(sizes: Sizes | None, lost: Sequence[FailedPreparation]) -> l
 
 def _describe_forms(arm: Arm) -> list[str]:
     """A remark on the paper's own forms where they are not about an arm with gears."""
-    without = [
-        name
-        for name in model_names("form")
-        if name not in find_covering_models("form", arm, switches())
-    ]
+    covering = find_covering_models("form", arm, switches())
+    without = [name for name in model_names("form") if name not in covering]
     if not (without and geared_joints(arm)):
         return []
     return [f"without {', '.join(without)}: each {PAPER_COVERAGE}"]

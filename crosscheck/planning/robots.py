@@ -59,11 +59,8 @@ def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Pl
     """
     robot = cast(Robot, request.mechanism)
     count = QUICK_COUNT if request.quick else COUNT
-    cases = make_cases(
-        robot,
-        sample_states(robot, count, request.seed),
-        QUICK_STEPS if request.quick else MOST_STEPS,
-    )
+    most_steps = QUICK_STEPS if request.quick else MOST_STEPS
+    cases = make_cases(robot, sample_states(robot, count, request.seed), most_steps)
     models = sample_models([add_scenarios(case, request.scenarios) for case in cases])
     comparisons, remarks = plan_checks(Subjects(robots=models))
     remarks += [
@@ -87,9 +84,8 @@ def describe_quick_limits(request: CrossCheckRequest) -> str:
 
 def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
     """Every two engines compared at each level. Raises InputError as ``plan_robot``."""
-    comparisons = list(
-        engines.plan(Subjects(robots=sample_models(make_cases(robot, states, QUICK_STEPS))))
-    )
+    models = sample_models(make_cases(robot, states, QUICK_STEPS))
+    comparisons = list(engines.plan(Subjects(robots=models)))
     outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1)
     return list(judge_comparisons(comparisons, Results(outcomes)))
 
@@ -169,10 +165,8 @@ def begin_scenario(model: RobotModel, case: RobotLevel, scenario: Scenario) -> S
     duration = min(case.run_s, stable_s, scenario.duration_s)
     while True:
         update = {"start": deep, "duration_s": duration, "record_every": 1}
-        coarse, fine = (
-            scenario.model_copy(update={**update, "step_s": duration / count})
-            for count in (steps, 2 * steps)
-        )
+        coarse = scenario.model_copy(update={**update, "step_s": duration / steps})
+        fine = coarse.model_copy(update={"step_s": duration / (2 * steps)})
         with suppress(Diverged):
             (q, _), (fine_q, _) = model.integrate(coarse), model.integrate(fine)
             motion = np.abs(q[-1] - q[0]).max()
@@ -192,10 +186,8 @@ def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
     q, v, torques = (np.vstack([each, each[:1]]) for each in (*free[:2], 0 * free.torques))
     for values, first in zip((q, v, torques), start, strict=True):
         values[-1, : case.free] = first
-    coarse, fine = (
-        integrate(model, q, v, lambda time: torques, case.run_s, steps)[0]
-        for steps in (engines.STEPS, 2 * engines.STEPS)
-    )
+    run = partial(integrate, model, q, v, lambda time: torques, case.run_s)
+    (coarse, _), (fine, _) = run(engines.STEPS), run(2 * engines.STEPS)
     if not (np.isfinite(coarse).all() and np.isfinite(fine).all()):
         return False
     differences, motions = (np.abs(fine - other).max(axis=1) for other in (coarse, q))

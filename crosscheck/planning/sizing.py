@@ -86,14 +86,12 @@ class Sizes:
 def compute_sizes(arm: Arm) -> Sizes:
     """The Sizes of an arm; with the gentlest controller where none keeps its teeth stable."""
     still = ConstantDrive(kind="constant", torque_N_m=0.0)
-    modes = build(
-        reference_model(), arm, make_sized_scenario("sizing", still, 1.0, 1.0)
-    ).mesh_modes()
+    clockless = make_sized_scenario("sizing", still, 1.0, 1.0)
+    modes = build(reference_model(), arm, clockless).mesh_modes()
     mode = float(modes[0]) if modes.size else None
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
-    rigid = build(
-        find_level_models("coupled")[0], arm, make_sized_scenario("sizing", still, rate, 1.0)
-    )
+    scenario = make_sized_scenario("sizing", still, rate, 1.0)
+    rigid = build(find_level_models("coupled")[0], arm, scenario)
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
     held = -weight_moments(arm, np.zeros(inertia.size))
     bearable = bearable_torques(arm)
@@ -174,11 +172,9 @@ def make_pd_scenario(sizes: Sizes) -> Scenario:
 def make_sized_scenario(name: str, drive: Drive, rate: float, times: float) -> Scenario:
     """An experiment ``times`` / rate [s] long; a plan makes its steps as short as teeth need."""
     (duration,) = _limit_values(Duration, [times / rate], digits=3)
-    fields = {"duration_s": duration, "step_s": duration / COARSEST_STEPS, "drive": drive}
-    every = COARSEST_STEPS // RECORDS
-    return build_scenario(
-        name, title="sized to the arm", record_every=every, start=Start(), **fields
-    )
+    grid = {"step_s": duration / COARSEST_STEPS, "record_every": COARSEST_STEPS // RECORDS}
+    motion = {"duration_s": duration, "start": Start(), "drive": drive}
+    return build_scenario(name, title="sized to the arm", **grid, **motion)
 
 
 def build_scenario(name: str, **fields: Any) -> Scenario:

@@ -116,9 +116,8 @@ def _compare_model(
         verdict = "differ" if any(is_beyond(f, arm_findings) for f in others) else "agree"
     states = [f.relative for f in checks if f.about.key.family == "states"]
     common = [common_digits(value) for value in states if value is not None]
-    return ModelAnswer(
-        model, outline.models[model], tuple(against), worst, verdict, min(common, default=None)
-    )
+    digits, title = min(common, default=None), outline.models[model]
+    return ModelAnswer(model, title, tuple(against), worst, verdict, digits)
 
 
 def _size(finding: Finding) -> float:
@@ -258,10 +257,8 @@ def describe_verdict(agreement: Agreement) -> str:
         counts = Counter(f.verdict for f in red)
         verdict_counts = ", ".join(f"{counts[each]} {each}" for each in WORST_FIRST if counts[each])
         verb = "does" if len(checks) == 1 else "do"
-        rest = (
-            f"{len(red)} of {total} {verb} not agree ({verdict_counts}),"
-            f" the first of them {red[0].id}"
-        )
+        most = f"{len(red)} of {total} {verb} not agree ({verdict_counts})"
+        rest = f"{most}, the first of them {red[0].id}"
     elif not checks:
         rest = "nothing was checked"
     else:
@@ -280,10 +277,8 @@ def _describe_printed_equations(agreement: Agreement) -> str | None:
         first = wrong[0]
         places = format_count(len(wrong), "place")
         largest = "" if len(wrong) == 1 else "largest "
-        return (
-            f"The printed equations are wrong in {places}"
-            f" ({largest}{first.name}, {format_percent(first.relative)})"
-        )
+        worst = f"{largest}{first.name}, {format_percent(first.relative)}"
+        return f"The printed equations are wrong in {places} ({worst})"
     findings = [f for f in agreement.findings if f.about.key.family in FORMS and f.left == form]
     if not findings:
         return None
@@ -294,10 +289,8 @@ def _describe_printed_equations(agreement: Agreement) -> str | None:
 def find_wrong_entries(entries: Sequence[EntryDifferences]) -> list[WrongEntry]:
     """The entries in which the printed equations of motion are wrong, the largest first."""
     form = model_names("form")[-1]
-    wrong_entries = [
-        wrong for each in entries if each.model == form for wrong in each.wrong_entries()
-    ]
-    return sorted(wrong_entries, key=lambda wrong: -wrong.relative)
+    wrong = [wrong for each in entries if each.model == form for wrong in each.wrong_entries()]
+    return sorted(wrong, key=lambda each: -each.relative)
 
 
 @dataclass(frozen=True)
@@ -321,19 +314,15 @@ def answer_questions(agreement: Agreement, mechanism: Mechanism) -> Answers:
     outline: ReportOutline = supply("outline", mechanism.section)(mechanism)
     rows = compare_models(agreement, outline)
     answer_on_levels = supply("answer_on_levels", mechanism.section)
-    return Answers(
-        describe_verdict(agreement),
-        tuple(rows),
-        answer_on_equations(rows, outline),
-        answer_on_levels(agreement, mechanism) if outline.has_levels else "",
-        answer_on_trust(agreement, outline),
-        outline,
-    )
+    rigid = answer_on_levels(agreement, mechanism) if outline.has_levels else ""
+    texts = answer_on_equations(rows, outline), rigid, answer_on_trust(agreement, outline)
+    return Answers(describe_verdict(agreement), tuple(rows), *texts, outline)
 
 
 def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
     """JSON text by crosscheck/schema/agreement.schema.json, the answers before the findings."""
     whole, answers = agreement.to_dict(), answer_questions(agreement, mechanism)
+    version = whole.pop("schema_version")
     models = [
         {
             "model": row.model,
@@ -346,21 +335,14 @@ def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
         }
         for row in answers.rows
     ]
-    entries = [
-        {
-            **to_json_value(each),
-            "wrong": [
-                {"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong_entries()
-            ],
-        }
-        for each in agreement.entries
-    ]
+    entries = []
+    for each in agreement.entries:
+        wrong = [{"entry": e.name, "relative": e.relative} for e in each.wrong_entries()]
+        entries.append({**to_json_value(each), "wrong": wrong})
     answer_records = {
         "verdict": answers.verdict,
         "equations": {"answer": answers.equations, "models": models, "entries": entries},
         "rigid": {"answer": answers.rigid},
         "trust": {"answer": answers.trust},
     }
-    return format_json(
-        {"schema_version": whole.pop("schema_version"), "answers": answer_records, **whole}
-    )
+    return format_json({"schema_version": version, "answers": answer_records, **whole})

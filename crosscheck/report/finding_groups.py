@@ -59,12 +59,8 @@ class FindingList:
 
 def list_findings(findings: Sequence[Finding]) -> FindingList:
     """The findings for a page."""
-    return FindingList(
-        len(findings),
-        count_verdicts(findings),
-        tuple(list_tightest(findings)),
-        tuple(group_findings(findings)),
-    )
+    tightest, groups = tuple(list_tightest(findings)), tuple(group_findings(findings))
+    return FindingList(len(findings), count_verdicts(findings), tightest, groups)
 
 
 def tolerance_share(finding: Finding) -> float:

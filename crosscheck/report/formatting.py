@@ -32,9 +32,8 @@ def describe_tally(agreement: Agreement) -> str:
     agreeing = total - len(agreement.disagreeing)
     unfinished = sum(finding.verdict == "unfinished" for finding in agreement.checks)
     unjudged = f"; {unfinished} unfinished, not judged" if unfinished else ""
-    return (
-        f"{agreeing} of {format_count(total, 'check')} agree{'s' if total == 1 else ''}{unjudged}"
-    )
+    verb = "agrees" if total == 1 else "agree"
+    return f"{agreeing} of {format_count(total, 'check')} {verb}{unjudged}"
 
 
 def format_unit(unit: str) -> str:

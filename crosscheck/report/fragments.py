@@ -10,12 +10,11 @@ import markupsafe
 COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
 
 
-def render_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+def render_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table of plain texts, or of Markup, that scrolls if it is too wide."""
-    title = f"<caption>{escape(caption)}</caption>" if caption else ""
     lines = "".join(_render_row(row, "td") for row in rows)
     header = _render_row(head, "th")
-    return f'<div class="wide" tabindex="0"><table>{title}{header}{lines}</table></div>'
+    return f'<div class="wide" tabindex="0"><table>{header}{lines}</table></div>'
 
 
 def render_figure(svg: str, caption: str) -> str:

@@ -48,24 +48,15 @@ class HeatMap:
 
 
 def make_heat_map(
-    title: str,
-    rows: Sequence[str],
-    columns: Sequence[str],
-    relative: Sequence[Sequence[float]],
-    tolerance: float,
-) -> HeatMap:
-    """The map of relative differences, by row and column, with the largest that is allowed."""
-    cells = tuple(tuple(make_heat_cell(value, tolerance) for value in row) for row in relative)
-    return HeatMap(title, tuple(rows), tuple(columns), cells)
-
-
-def make_entry_map(
     title: str, names: Sequence[str], relative: np.ndarray, tolerance: float
 ) -> HeatMap:
-    """The map of a matrix (n, n), or of a vector (n,), whose entries belong to n coordinates."""
-    if relative.ndim == 2:
-        return make_heat_map(title, names, names, relative.tolist(), tolerance)
-    return make_heat_map(title, names, ("",), relative[:, None].tolist(), tolerance)
+    """The map of relative differences of a matrix (n, n), or a vector (n,), in n coordinates.
+
+    tolerance: the largest that is allowed.
+    """
+    rows = relative.reshape(len(names), -1).tolist()
+    cells = tuple(tuple(make_heat_cell(value, tolerance) for value in row) for row in rows)
+    return HeatMap(title, tuple(names), tuple(names) if relative.ndim == 2 else ("",), cells)
 
 
 def make_heat_cell(value: float, tolerance: float) -> HeatCell:
@@ -79,16 +70,7 @@ def make_entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
     """M of the printed equations beside the corrected ones; of arms without, M of the latter."""
     masses = {each.model: each for each in entries if each.quantity == "mass_matrix"}
     forms = [name for name in masses if name in model_names("form")]
-    shown = [name for name in masses if name not in forms[:-1]]
     titles = dict.fromkeys(forms, "mass matrix, as printed")
     other = "mass matrix, corrected" if forms else "mass matrix"
-    return [
-        make_heat_map(
-            titles.get(name, other),
-            masses[name].coordinates,
-            masses[name].coordinates,
-            masses[name].relative,
-            masses[name].tolerance,
-        )
-        for name in shown
-    ]
+    shown = [(titles.get(n, other), each) for n, each in masses.items() if n not in forms[:-1]]
+    return [make_heat_map(t, e.coordinates, np.array(e.relative), e.tolerance) for t, e in shown]

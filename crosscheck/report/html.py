@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from crosscheck.checks.trajectories import MIDWAY_S
 from crosscheck.findings import Finding
 from crosscheck.mechanisms import supply
+from crosscheck.output import write_files
 from crosscheck.registry import second_engine
 from crosscheck.report.answers import (
     answer_questions,
     find_tip_ends,
     find_wrong_entries,
+    format_agreement_json,
     is_without_contact,
 )
 from crosscheck.report.finding_groups import list_findings, make_row, sort_findings
 from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
-from crosscheck.report.plots.charts import Pictures
+from crosscheck.report.plots.charts import draw_pictures
 from crosscheck.report.plots.figures import fix_links
 from crosscheck.report.plots.signals import format_signals
 from crosscheck.report.rendering import render_page
@@ -25,9 +29,17 @@ from crosscheck.run import CrossCheck
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
-def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
+def write_report(result: CrossCheck, folder: Path) -> tuple[Path, Path]:
+    """Write index.html and agreement.json; returns their paths. Raises InputError."""
+    page, data = folder / "index.html", folder / "agreement.json"
+    text = format_agreement_json(result.agreement, result.mechanism)
+    write_files({page: render_report_page(result), data: text})
+    return page, data
+
+
+def render_report_page(result: CrossCheck) -> str:
     """HTML text of the report, figures inlined."""
-    agreement, mechanism = result.agreement, result.mechanism
+    agreement, mechanism, pictures = result.agreement, result.mechanism, draw_pictures(result.runs)
     answers = answer_questions(agreement, mechanism)
     matrix_cells = collect_cells(agreement.findings)
     # By experiment and rigid model, how far that is from the geared arm.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -14,13 +13,8 @@ from crosscheck.report.formatting import describe_outcome
 _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def format_junit(
-    agreement: Agreement, suite: str = "crosscheck", named: Mapping[str, object] | None = None
-) -> str:
-    """XML text with a test case per check, which has an ``error`` where it was not judged.
-
-    Measurements are properties; named: further ones.
-    """
+def format_junit(agreement: Agreement, suite: str = "crosscheck") -> str:
+    """XML text with a test case per check, which has an ``error`` where it was not judged."""
     cases = [_case(finding) for finding in agreement.checks]
     counts = {
         "tests": str(len(cases)),
@@ -33,7 +27,7 @@ def format_junit(
     only = ElementTree.SubElement(root, "testsuite", {"name": suite, **counts})
     if agreement.provenance is not None:
         only.set("timestamp", agreement.provenance.created.partition("+")[0])
-    only.append(_properties(agreement, named or {}))
+    only.append(_properties(agreement))
     only.extend(cases)
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
@@ -47,11 +41,7 @@ def _case(finding: Finding) -> ElementTree.Element:
     name = replace(key, family="", case="").id
     named = {"classname": _clean(classname), "name": _clean(name), "time": "0"}
     case = ElementTree.Element("testcase", named)
-    summary = (
-        f"{describe_outcome(finding)} ({finding.basis})"
-        if finding.basis
-        else describe_outcome(finding)
-    )
+    summary = f"{describe_outcome(finding)}{f' ({finding.basis})' if finding.basis else ''}"
     if finding.verdict != "agree":
         kind = "error" if finding.verdict in ("failed", "unfinished") else "failure"
         verdict = {"type": finding.verdict, "message": _clean(f"{finding.verdict}: {summary}")}
@@ -61,13 +51,11 @@ def _case(finding: Finding) -> ElementTree.Element:
     return case
 
 
-def _properties(agreement: Agreement, further: Mapping[str, object]) -> ElementTree.Element:
+def _properties(agreement: Agreement) -> ElementTree.Element:
     """An XML element of the provenance, as far as it is text and numbers, and the measurements."""
-    provenance, named = agreement.provenance, list(further.items())
+    provenance, named = agreement.provenance, list[tuple[str, object]]()
     if provenance is not None:
-        named += [
-            (name, value) for name, value in provenance if isinstance(value, str | int | None)
-        ]
+        named += [field for field in provenance if isinstance(field[1], str | int | None)]
         named += [(f"version {name}", value) for name, value in provenance.versions.items()]
     if agreement.accepted_keys:
         named.append(("known", ", ".join(key.id for key in agreement.accepted_keys)))

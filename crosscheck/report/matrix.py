@@ -94,15 +94,10 @@ def is_beyond(finding: Finding, everything: Sequence[Finding]) -> bool | None:
     key = finding.about.key
     if key.family not in ("states", FORMS[0]):
         return None
-    allowed = [
-        f.tolerance
-        for f in everything
-        if f.kind == "check"
-        and (f.about.key.family, f.about.key.case) == ("states", key.case)
-        and f.quantity == finding.quantity
-        and reference_model() in (f.left, f.right)
-        and f.tolerance is not None
-    ]
+    checks = (f for f in everything if f.kind == "check" and f.quantity == finding.quantity)
+    here = (f for f in checks if (f.about.key.family, f.about.key.case) == ("states", key.case))
+    limits = (f.tolerance for f in here if reference_model() in (f.left, f.right))
+    allowed = [limit for limit in limits if limit is not None]
     if not allowed:
         return None
     return finding.measured is None or finding.measured > max(allowed)

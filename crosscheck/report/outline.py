@@ -49,30 +49,21 @@ class ReportOutline:
 def outline_arm(arm: Arm) -> ReportOutline:
     """The outline of the report on an arm."""
     home = engine_of(reference_model())  # the derivation, with rigid models of its own
-    derived = [
-        name
-        for name in model_names("rigid")
-        if engine_of(name) == home and MODELS[name].level  # which other engines have too
-    ]
+    # At levels that other engines have too.
+    derived = [n for n in model_names("rigid") if engine_of(n) == home and MODELS[n].level]
     names = (*model_names("form"), reference_model(), *derived)
-    has_gears = any(isinstance(joint, Planetary) for joint in arm.joints)
+    quantities = {"mass_matrix": "mass matrix", "acceleration": "acceleration"}
+    quantities["theta"] = "joint angle"
+    rigid = "How far is the arm without its motors' inertia from the whole one?"
+    if any(isinstance(joint, Planetary) for joint in arm.joints):
+        quantities["F_sp"] = "mesh force"
+        rigid = "How far is the rigid arm from the geared one?"
     return ReportOutline(
         name=arm.name,
         models={name: MODELS[name].title for name in names},
         forms=model_names("form"),
-        quantities={
-            "mass_matrix": "mass matrix",
-            "acceleration": "acceleration",
-            "theta": "joint angle",
-        }
-        | ({"F_sp": "mesh force"} if has_gears else {}),
-        questions=(
-            "Do the equations agree with the engines?",
-            "How far is the rigid arm from the geared one?"
-            if has_gears
-            else "How far is the arm without its motors' inertia from the whole one?",
-            TRUST,
-        ),
+        quantities=quantities,
+        questions=("Do the equations agree with the engines?", rigid, TRUST),
         topics=("Equations", "Rigid arm", "Checks"),
         levels=LEVELS,
         finest=reference_model(),
@@ -85,21 +76,14 @@ def outline_arm(arm: Arm) -> ReportOutline:
 def outline_robot(robot: Robot) -> ReportOutline:
     """The outline of the report on a robot."""
     levels = {str(level): ROBOT_LEVELS[level] for level in robot.levels}
+    quantities = {"mass_matrix": "mass matrix", "forward_dynamics": "acceleration", "tip": "tip"}
+    finest = "How far is each level from the most detailed one?"
     return ReportOutline(
         name=robot.name,
         models={f"{reference_engine()}:{level}": title for level, title in levels.items()},
         forms=(),
-        quantities={
-            "mass_matrix": "mass matrix",
-            "forward_dynamics": "acceleration",
-            "tip": "tip",
-            "run": "coordinates in runs",
-        },
-        questions=(
-            "Do the engines agree?",
-            "How far is each level from the most detailed one?",
-            TRUST,
-        ),
+        quantities={**quantities, "run": "coordinates in runs"},
+        questions=("Do the engines agree?", finest, TRUST),
         topics=("Engines", "Without rotors", "Checks"),
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",

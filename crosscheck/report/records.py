@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from typing import Any
 
-import numpy as np
+from pydantic_core import to_json
 
 
 def to_json_value(value: Any, **named: str) -> Any:
@@ -16,18 +14,12 @@ def to_json_value(value: Any, **named: str) -> Any:
 
     named: other names for fields of records, wherever these stand. What is not finite is None.
     """
-    if is_dataclass(value):
-        return {
-            named.get(field.name, field.name): to_json_value(getattr(value, field.name), **named)
-            for field in fields(value)
-        }
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {key: to_json_value(each, **named) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [to_json_value(each, **named) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    def rename(record: dict[str, Any]) -> dict[str, Any]:
+        return {named.get(name, name): each for name, each in record.items()}
+
+    text = to_json(value, inf_nan_mode="null", fallback=lambda array: array.tolist())
+    return json.loads(text, object_hook=rename)
 
 
 def format_json(content: Mapping[str, Any]) -> str:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from crosscheck.findings import Agreement, list_first
 from crosscheck.models.errors import make_printable
-from crosscheck.output import write_files
-from crosscheck.report.answers import describe_verdict, find_wrong_entries, format_agreement_json
+from crosscheck.report.answers import describe_verdict, find_wrong_entries
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,
@@ -32,25 +31,15 @@ class CheckResult(Agreement):
 
     def _repr_html_(self) -> str:
         """The same with the heat map of the mass matrix, for a notebook."""
-        return render_agreement_summary(self)
+        maps = make_entry_maps(self.entries)
+        return render_page("summary", lines=summarize_agreement(self), maps=maps)
 
     def write_report(self, folder: Path | str) -> None:
         """Write index.html and agreement.json, as `crosscheck run` does. Raises InputError."""
-        from crosscheck.report.html import render_report_page  # Matplotlib, for a page alone
-        from crosscheck.report.plots.charts import Charts
+        from crosscheck.report.html import write_report  # Matplotlib, for a page alone
 
-        assert self.cross_check is not None  # as made by make_check_result
-        charts, target = Charts(), Path(folder)
-        for key, run in self.cross_check.runs.items():
-            charts.show(key, run)
-        page = render_report_page(self.cross_check, charts.build_pictures())
-        data = format_agreement_json(self, self.cross_check.mechanism)
-        write_files({target / "index.html": page, target / "agreement.json": data})
-
-
-def make_check_result(cross_check: CrossCheck) -> CheckResult:
-    """The result of a cross-check."""
-    return CheckResult(**vars(cross_check.agreement), cross_check=cross_check)
+        assert self.cross_check is not None  # as made by crosscheck.check
+        write_report(self.cross_check, Path(folder))
 
 
 def summarize_agreement(agreement: Agreement) -> list[str]:
@@ -59,15 +48,7 @@ def summarize_agreement(agreement: Agreement) -> list[str]:
     measured = len(agreement.findings) - len(agreement.checks)
     more = f"; {format_count(measured, 'difference')} measured without a limit" if measured else ""
     lines.append(f"{describe_tally(agreement)}{more}")
-    wrong = [
-        f"wrong {entry.name}: {format_percent(entry.relative)}"
-        for entry in find_wrong_entries(agreement.entries)
-    ]
+    entries = find_wrong_entries(agreement.entries)
+    wrong = [f"wrong {entry.name}: {format_percent(entry.relative)}" for entry in entries]
     failed = [f"{f.verdict} {f.id}: {describe_outcome(f)}" for f in agreement.disagreeing]
     return [make_printable(line) for line in (*lines, *list_first(failed or wrong))]
-
-
-def render_agreement_summary(agreement: Agreement) -> str:
-    """HTML of the lines, and of the mass matrix entry by entry."""
-    maps = make_entry_maps(agreement.entries)
-    return render_page("summary", lines=summarize_agreement(agreement), maps=maps)

@@ -64,9 +64,8 @@ def _print_disagreeing(findings: Sequence[Finding]) -> None:
     console = Console()
     for finding, words in describe_by_reason(findings):
         description = make_printable(f" {finding.id}: {words}")
-        line = Text.assemble(
-            (finding.verdict, COLOURS[finding.verdict]), description
-        )  # never markup
+        verdict = finding.verdict, COLOURS[finding.verdict]
+        line = Text.assemble(verdict, description)  # never markup
         console.print(line, soft_wrap=True, highlight=False)
 
 
@@ -76,9 +75,8 @@ def print_agreement(agreement: Agreement) -> None:
     for cell in fold_cells(collect_cells(agreement.findings)):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
         verdict = Text(cell.verdict, COLOURS[cell.verdict])
-        table.add_row(
-            Text(cell.left), Text(cell.right), verdict, str(cell.checks or "no limit"), digits
-        )
+        ends, count = (Text(cell.left), Text(cell.right)), str(cell.checks or "no limit")
+        table.add_row(*ends, verdict, count, digits)
     Console().print(table)
     _print_disagreeing(agreement.disagreeing)
     print(describe_tally(agreement))
@@ -106,11 +104,7 @@ def print_changed(agreement: Agreement) -> None:
         print(make_printable(f"{finding.id}: {finding.note}"))
     changed = "; ".join(describe_changes(agreement)) or "nothing"
     print(make_printable(f"changed since the record: {changed}"))
-    left = (
-        f"; {format_count(len(accepted_differences), 'known difference')} left as accepted"
-        if accepted_differences
-        else ""
-    )
-    print(
-        f"{len(beyond)} of {format_count(len(agreement.checks), 'recorded result')} changed{left}"
-    )
+    count = format_count(len(accepted_differences), "known difference")
+    left = f"; {count} left as accepted" if accepted_differences else ""
+    total = format_count(len(agreement.checks), "recorded result")
+    print(f"{len(beyond)} of {total} changed{left}")

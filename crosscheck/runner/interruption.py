@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+SIGNALS = {signal.SIGINT, signal.SIGTERM}
 # If the program has not come to its end by then [s], it is ended: engines swallow exceptions.
 GRACE_S = 1.2
 SHOW_CURSOR = "\x1b[?25h"  # terminal sequence that shows the cursor, which a progress bar hides
@@ -27,14 +28,14 @@ _hold_marks: list[bool] = []
 
 def listen() -> None:
     """Let SIGINT and SIGTERM raise KeyboardInterrupt, once, from now on."""
-    signal.signal(signal.SIGINT, _stop)
-    signal.signal(signal.SIGTERM, _stop)
+    for number in SIGNALS:
+        signal.signal(number, _stop)
 
 
 def ignore_signals() -> None:
     """Ignore SIGINT and SIGTERM from now on."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def exit_code() -> int:

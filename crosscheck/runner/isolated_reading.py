@@ -89,16 +89,10 @@ def read_arrays(
     with h5py.File(io.BytesIO(content), "r") as file:
         # No link is followed, for it may lead out of the file.
         hard_links = [n for n in file if isinstance(file.get(n, getlink=True), h5py.HardLink)]
-        sets = {
-            name: file[name]
-            for name in hard_links
-            if isinstance(file[name], h5py.Dataset)
-            and not file[name].external
-            and not file[name].is_virtual
-        }
-        names = _require_affordable(
-            select_names(sets), {name: data.shape for name, data in sets.items()}
-        )
+        members = {n: file[n] for n in hard_links if isinstance(file[n], h5py.Dataset)}
+        sets = {n: each for n, each in members.items() if not (each.external or each.is_virtual)}
+        shapes = {name: data.shape for name, data in sets.items()}
+        names = _require_affordable(select_names(sets), shapes)
         turned = as_matlab or content[:6] == b"MATLAB"
         return {n: np.asarray(sets[n]).T if turned else np.asarray(sets[n]) for n in names}
 

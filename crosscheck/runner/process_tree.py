@@ -107,6 +107,13 @@ def _list_children(of: int) -> list[int]:
     return []
 
 
+def describe_end(code: int | None) -> str:
+    """How a process has ended, by its exit code as Python has it."""
+    if code is not None and code < 0:
+        return f"was ended by {signal.Signals(-code).name}"
+    return f"ended with exit code {code}"
+
+
 def _is_ended(process: int) -> bool:
     import psutil
 

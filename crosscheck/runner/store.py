@@ -39,9 +39,8 @@ class Store:
     def give_up(self, error: OSError) -> None:
         """Keep nothing more, and say why; once."""
         if self.usable:
-            _print_warning(
-                f"{self.folder}: cannot be written: {error.strerror}; simulations are not kept"
-            )
+            reason = f"cannot be written: {error.strerror}; simulations are not kept"
+            _print_warning(f"{self.folder}: {reason}")
         self.usable = False
 
     def get(self, key: str, decode: Callable[[bytes], Value]) -> Value:

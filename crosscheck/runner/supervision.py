@@ -24,10 +24,11 @@ from crosscheck.cli.environment import occupy_streams
 from crosscheck.models.errors import PROGRAM, format_line
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
-from crosscheck.runner.interruption import SHOW_CURSOR, ignore_signals
+from crosscheck.runner.interruption import SHOW_CURSOR, SIGNALS, ignore_signals
 from crosscheck.runner.process_tree import (
     FORK_GUARD,
     adopt_orphans,
+    describe_end,
     end_descendants,
     end_with_parent,
     excess_reason,
@@ -38,7 +39,6 @@ BAD_INPUT, NO_VERDICT = 2, 3
 LEAST_FILES = 64  # open at once: a cross-check on two processes has 30
 CHUNK = 65536
 CLOSING_S = 5.0  # time between the verdict and the end of the process [s]
-SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 # From the command to whoever waits for it: the pipe, and the process whose word counts.
@@ -158,10 +158,7 @@ class _Supervision:
         if self.stop_signal is not None:
             return 128 + self.stop_signal
         assert self.status is not None  # it has ended, by itself
-        code = os.waitstatus_to_exitcode(self.status)
-        how = f"its process ended with exit code {code}"
-        if code < 0:
-            how = f"its process was ended by {signal.Signals(-code).name}"
+        how = f"its process {describe_end(os.waitstatus_to_exitcode(self.status))}"
         if self.foreign_calls:
             return self._report_blame(f"{self.foreign_calls[-1][0]}: {how}", BAD_INPUT)
         return self._report_blame(f"came to no verdict: {how}", NO_VERDICT)

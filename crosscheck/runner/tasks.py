@@ -18,14 +18,7 @@ from crosscheck.checks.sampled import ModelQuestion, RobotLevel
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.registry import (
-    MODELS,
-    RIGID_LEVELS,
-    Entry,
-    build,
-    build_robot_model,
-    engine_of,
-)
+from crosscheck.registry import MODELS, RIGID_LEVELS, Entry, build, build_robot_model, engine_of
 from crosscheck.runner.outcomes import SelfKeyedTask, return_failures
 
 if TYPE_CHECKING:

@@ -24,17 +24,17 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
 from operator import length_hint
-from types import TracebackType
 from typing import Any, Self
 
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
-from crosscheck.runner.interruption import cleanup_callbacks
+from crosscheck.runner.interruption import SIGNALS, cleanup_callbacks
 from crosscheck.runner.outcomes import DIED, Failure, Task, failure_from_error
 from crosscheck.runner.process_tree import (
     FORK_GUARD,
     ProcessorTimes,
     adopt_orphans,
+    describe_end,
     end_descendants,
     end_with_parent,
     excess_reason,
@@ -46,7 +46,6 @@ CLOSING_S = 5.0  # time between the end of a process's pipes and its own end [s]
 # A worker is alone for so much processor time [s], which others take to begin, or so long [s].
 ALONE_S, WAITED_S = 1.0, 10.0
 LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
-SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 def perform_all(tasks: Sequence[Task], jobs: int) -> dict[Any, Any]:
@@ -115,12 +114,7 @@ class Workers:
         cleanup_callbacks.append(self._dismiss)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         cleanup_callbacks.remove(self._dismiss)
         self._dismiss()
 
@@ -235,11 +229,7 @@ class Workers:
         worker.kill()
         if worker.stop_reason:
             return Failure("TooSlow", worker.stop_reason, unfinished=True)
-        code = worker.process.exitcode
-        if code is not None and code < 0:
-            how = f"was ended by {signal.Signals(-code).name}"
-        else:
-            how = f"ended with exit code {code}"
+        how = describe_end(worker.process.exitcode)
         return Failure(DIED, f"the process of the model {how}")
 
 

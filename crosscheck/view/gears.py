@@ -52,31 +52,19 @@ def gear_assembly(joint: Planetary) -> Assembly:
     return Assembly(at, spins, -2 * math.pi * (0.5 + outward) / ring)
 
 
-@dataclass(frozen=True)
-class GearAngles:
-    """Angles of a stage's gears during a run [rad]: sun (times,), planets (times, planets).
-
-    They are in the stage's frame; a planet's is that of its turning, counter-clockwise.
-    """
-
-    sun: np.ndarray
-    planets: np.ndarray
-
-
 def gear_angles(
     joint: Planetary, carrier: np.ndarray, x_sp: np.ndarray, x_pr: np.ndarray
-) -> GearAngles:
-    """Angles of a stage's gears by Eqs. 2 and 3.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angles of sun (times,) and planets (times, planets) by Eqs. 2 and 3, in the stage's frame.
 
     carrier (times,) [rad]; x_sp, x_pr (times, planets) [m]: planets counted as one have one column,
-    and all turn together.
+    and all turn together. A planet's angle is that of its turning, counter-clockwise.
     """
     radii = stage_geometry(joint)
     arc = radii.r_cp * carrier
     sun = (x_sp[:, 0] + x_pr[:, 0] + 2 * arc) / radii.r_s
     clockwise = (x_pr + arc[:, None]) / radii.r_p
-    wide = np.broadcast_to(clockwise, (carrier.size, joint.planet_count))
-    return GearAngles(sun, -wide)
+    return sun, -np.broadcast_to(clockwise, (carrier.size, joint.planet_count))
 
 
 @dataclass(frozen=True)
@@ -88,7 +76,6 @@ class CloseUp:
     counter-clockwise [rad/m].
     """
 
-    side: Side
     factor: float
     wheel: list[np.ndarray]
     planet: list[np.ndarray]
@@ -106,11 +93,8 @@ def make_close_up(joint: Planetary, side: Side, largest_m: float) -> CloseUp:
     backlash_m = (joint.sun_mesh if side == "sun" else joint.ring_mesh).planet_mesh(0).backlash_m
     along = math.cos(geometry.pressure_angle_rad)
     factor = GAP * pitch * along / (backlash_m or largest_m or joint.module_m)
-    clearance = (
-        factor * backlash_m / along if backlash_m else 0.0
-    )  # along the pitch circle, on either side
+    clearance = factor * backlash_m / along  # along the pitch circle, on either side
     return CloseUp(
-        side,
         factor,
         list(_teeth(geometry.wheel, clearance, pitch, geometry.pitch_point, forward=False)),
         list(_teeth(geometry.planet, clearance, pitch, geometry.pitch_point, forward=True)),

@@ -80,10 +80,7 @@ def flank(wheel: Wheel, at: float, counter_clockwise: bool) -> np.ndarray:
 
 def tooth(wheel: Wheel, clockwise: float, counter_clockwise: float) -> np.ndarray:
     """Closed outline between two flanks at these angles [rad], round the wheel's own centre."""
-    clockwise_flank, opposite_flank = (
-        flank(wheel, clockwise, False),
-        flank(wheel, counter_clockwise, True),
-    )
+    first, last = flank(wheel, clockwise, False), flank(wheel, counter_clockwise, True)
     foot = wheel.radii[1]
-    feet = foot * np.exp(1j * np.angle([opposite_flank[0], clockwise_flank[0]]))
-    return np.concatenate([clockwise_flank, opposite_flank[::-1], feet])
+    feet = foot * np.exp(1j * np.angle([last[0], first[0]]))
+    return np.concatenate([first, last[::-1], feet])

@@ -21,6 +21,7 @@ from crosscheck.analytic.paper.mesh_frequency import (
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.robot.robot import BASE
+from crosscheck.report.records import to_json_value
 from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.rods import find_rod_ends, find_upward
@@ -102,7 +103,7 @@ def _build_joint(run: Run, place: int) -> dict[str, Any]:
     # Of a run without teeth, gears that roll as if they were rigid.
     x = [_planet_signal(run, name, place, joint) for name in ("x_sp", "x_pr")]
     x_sp, x_pr = (np.zeros((angles.size, 1)) if each is None else each for each in x)
-    gears, stand = gear_angles(joint, angles, x_sp, x_pr), gear_assembly(joint)
+    sun, planets = gear_angles(joint, angles, x_sp, x_pr)
     wheels = {side: mesh_geometry(joint, side) for side in SIDES}
     return body | {
         "kind": "planetary",
@@ -114,13 +115,9 @@ def _build_joint(run: Run, place: int) -> dict[str, Any]:
             "planet": _points(outline(wheels["sun"].planet)),
             "ring": _points(outline(wheels["ring"].wheel)),
         },
-        "stand": {
-            "planets": stand.planets.tolist(),
-            "spins": stand.spins.tolist(),
-            "ring": stand.ring,
-        },
-        "sun": encode_numbers(gears.sun),
-        "planets": [encode_numbers(column) for column in gears.planets.T],
+        "stand": to_json_value(gear_assembly(joint)),
+        "sun": encode_numbers(sun),
+        "planets": [encode_numbers(column) for column in planets.T],
         "meshes": dict(_meshes(run, place, joint)),
     }
 
@@ -136,42 +133,37 @@ def _planet_signal(run: Run, name: str, place: int, joint: Planetary) -> np.ndar
 def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[str, Any]]]:
     """Close-ups of the first planet's meshes, by side; none of a run without teeth."""
     for side in SIDES:
-        names = MESHES[side]
-        x, force = (_planet_signal(run, name, place, joint) for name in names)
+        x, force = (_planet_signal(run, name, place, joint) for name in MESHES[side])
         if x is None or force is None:
             continue
         gap = x[:, 0] - first_tooth_error(run, place, joint, side)
         near = make_close_up(joint, side, float(np.abs(gap).max()))
         mesh = joint.sun_mesh if side == "sun" else joint.ring_mesh
-        yield (
-            side,
-            {
-                "factor": near.factor,
-                "wheel": [_points(each) for each in near.wheel],
-                "planet": [_points(each) for each in near.planet],
-                "centre": [near.centre.real, near.centre.imag],
-                "turn_per_m": near.turn_per_m,
-                "half_clearance_m": mesh.planet_mesh(0).backlash_m,
-                "module_m": joint.module_m,
-                "gap": encode_numbers(gap),
-                "force": encode_numbers(force[:, 0]),
-            },
-        )
+        close_up = {
+            "factor": near.factor,
+            "wheel": [_points(each) for each in near.wheel],
+            "planet": [_points(each) for each in near.planet],
+            "centre": [near.centre.real, near.centre.imag],
+            "turn_per_m": near.turn_per_m,
+            "half_clearance_m": mesh.planet_mesh(0).backlash_m,
+            "module_m": joint.module_m,
+            "gap": encode_numbers(gap),
+            "force": encode_numbers(force[:, 0]),
+        }
+        yield side, close_up
 
 
 def first_tooth_error(run: Run, place: int, joint: Planetary, side: Side) -> np.ndarray:
     """Tooth error e [m] of the first planet's mesh with sun or ring during a run, (times,)."""
     geometry, laws = stage_geometry(joint), run.laws
-    sun, ring = mesh_phases(joint, 0)
+    offsets = dict(zip(SIDES, mesh_phases(joint, 0), strict=True))
     mesh = (joint.sun_mesh if side == "sun" else joint.ring_mesh).planet_mesh(0)
-    if side == "sun":
-        offset, rate = sun, sun_mesh_rate(joint, geometry)
-    else:
-        offset, rate = ring, ring_mesh_rate(joint, geometry, laws.ring_rate)
+    rates_by_side = {"sun": sun_mesh_rate(joint, geometry)}
+    rates_by_side["ring"] = ring_mesh_rate(joint, geometry, laws.ring_rate)
     theta = run.signals["theta"][:, place]
     rates = run.signals["theta_dot"][:, place] if laws.phase == "omega_t" else np.zeros_like(theta)
     law = OMEGA_T if laws.phase == "omega_t" else ANGLE
-    phase = mesh_phase(law, rate, offset, run.time, theta, rates)
+    phase = mesh_phase(law, rates_by_side[side], offsets[side], run.time, theta, rates)
     return total_error(phase, mesh.tooth_error_m, mesh.tooth_error_phase_rad, mesh.static_error_m)
 
 

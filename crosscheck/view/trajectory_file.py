@@ -21,14 +21,8 @@ from crosscheck.studies.batches.netcdf_file import NetcdfFile, use_file
 
 LONGEST_ARM, LONGEST_ROBOT = 1_000_000, 2 * LARGEST_FILE  # characters
 Record = TypeVar("Record", bound=Data)
-DRAWN_SIGNALS = {
-    "theta": 2,
-    "theta_dot": 2,
-    "x_sp": 3,
-    "x_pr": 3,
-    "F_sp": 3,
-    "F_pr": 3,
-}  # by dimensions
+# By how many dimensions they have.
+DRAWN_SIGNALS = {"theta": 2, "theta_dot": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}
 
 
 class Run(NamedTuple):
@@ -73,10 +67,8 @@ class TrajectoryFile(NetcdfFile):
             self._require(self.content[name].dims == dims, f"{name} is not over {', '.join(dims)}")
         data, mechanism, laws = self.read_variables(names), self._read_mechanism(), switches()
         time, signals = self._even_times(data["time"].values), {n: data[n].values for n in names}
-        joints = len(mechanism.joints)
-        self._require(
-            signals["theta"].shape[1] == joints, f"joints are not the {mechanism.section}'s"
-        )
+        fits = signals["theta"].shape[1] == len(mechanism.joints)
+        self._require(fits, f"joints are not the {mechanism.section}'s")
         geared = np.flatnonzero([] if is_of_robot else mechanism.planet_counts)
         for name, values in signals.items():
             signal = values if values.ndim == 2 else values[:, geared, 0]

@@ -27,7 +27,6 @@ from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
-from crosscheck.report.plots.charts import Charts
 from crosscheck.report.trials.output import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
@@ -99,9 +98,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     models = list(arms.sample_arm(arm, arms.QUICK_COUNT, 0))
     of_states, _ = plan_checks(Subjects(arms=models))
     asked += [each for each in of_states if each.about.key.quantity == "mass_matrix"]
-    charts = Charts()
     with Workers(1) as workers:
-        results = run_tasks(workers, collect_tasks(asked), ignore_progress, charts.show)
+        results = run_tasks(workers, collect_tasks(asked), ignore_progress)
     agreement = Agreement(
         list(judge_comparisons(asked, results)),
         record_provenance(arm, 0, True),
@@ -109,9 +107,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     )
     checked = CrossCheck(wanted, agreement, cases_by_run(asked), runs_by_key(results))
     folder = tmp_path_factory.mktemp("pages")
-    (folder / "report.html").write_text(
-        render_report_page(checked, charts.build_pictures()), encoding="utf-8"
-    )
+    (folder / "report.html").write_text(render_report_page(checked), encoding="utf-8")
     robot = render_page("robot", make_agreement("robot", False, 1))
     (folder / "robot.html").write_text(robot, encoding="utf-8")
     record = record_of(level(arm, "coupled"), rows=1000)
@@ -119,7 +115,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     cost = compute_costs(load_robot("sliding"), 0, QUICK, lambda *doing: None)
     (folder / "cost.html").write_text(cost_page(cost), encoding="utf-8")
     (folder / "trial.html").write_text(render_trial_page(kept_arm()), encoding="utf-8")
-    run = charts.runs[RunKey("pd", REFERENCE)]
+    run = checked.runs[RunKey("pd", REFERENCE)]
     (folder / "run.nc").write_bytes(encode_netcdf(run))
     (folder / "view.html").write_text(view_page(read_run(folder / "run.nc")), encoding="utf-8")
     return Made(folder, xr.load_dataset(folder / "run.nc", engine="h5netcdf"))

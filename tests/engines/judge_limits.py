@@ -451,7 +451,7 @@ def wrong_runs() -> Iterator[str]:
                     given = subject(quantity), made_run(), other, pair, widest
                     found = trajectories.check_same_step(*given)
                     yield from misjudged(f"{quantity}, {place}", found, part, limit, within)
-                found = trajectories.check_at_time(*given[:4], wide, 500 * STEP_S)
+                found = trajectories.check_same_step(*given[:4], wide, 500 * STEP_S)
                 seen = part if place in ("before", "last") else 0.0
                 if found.verdict != ("differ" if seen > 1 else "agree"):
                     yield f"{quantity} at the end, by {part} at {place}: {found.verdict}"
@@ -459,7 +459,7 @@ def wrong_runs() -> Iterator[str]:
     for order, sign, part in ((4, 1, ABOVE), (4, -1, ABOVE), (2, 1, BELOW), (2, -1, BELOW)):
         shrink = 2.0 ** (order + sign * 0.2 * part)
         runs = [made_run(x_sp_last=by) for by in (1e-6 + 1e-6 / shrink, 1e-6 / shrink, 0.0)]
-        found = convergence.check_formal_order(subject("x_sp"), runs, order, "x_sp")
+        found = convergence.check_formal_order(subject("x_sp"), *runs, formal=order)
         yield from misjudged(f"order {order}", found, part, 0.2)
     for part in (ABOVE, BELOW):
         found = records.check_stable_step(SUBJECT, np.array(1e-5), part * 1e-5)

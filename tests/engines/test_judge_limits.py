@@ -10,7 +10,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import arms, plan
 from crosscheck.planning.comparison import Comparison, Results
-from crosscheck.planning.preparation import FailedPreparation, Preparation
+from crosscheck.planning.preparation import Preparation, fail_preparation
 from crosscheck.runner.outcomes import Failure
 from tests.engines.judge_limits import GUARDS
 from tests.faults.planting import faults_in
@@ -31,7 +31,7 @@ JUDGED = {
 MEASURED = {"form-states", "form", "deviation", "one-rounding", "one-rounding-per-planet"}
 
 
-def planned(arm: Arm, *lost: FailedPreparation) -> Iterator[Comparison]:
+def planned(arm: Arm, *lost: Comparison) -> Iterator[Comparison]:
     """All comparisons of an arm, with the experiments of the paper."""
     laws, limit = usual_switches(arm), 1e-5
     first = plan.Experiment("pd", Case(arm, load_scenario("pd"), laws))
@@ -50,7 +50,7 @@ def test_the_guards_have_every_check_of_a_cross_check(name):
 
 def test_what_preparation_has_lost_is_a_failed_check_of_the_plan():
     key = ComparisonKey("preparation", "pd", "growth", "exudyn:tree")
-    *_, last = planned(load_arm("direct-between"), FailedPreparation(key, Failure("Odd", "why")))
+    *_, last = planned(load_arm("direct-between"), fail_preparation(key, Failure("Odd", "why")))
     finding = last.finding(Results({}))
     assert (finding.about.key, finding.verdict) == (key, "failed")
     assert finding.note == "exudyn:tree: Odd: why"

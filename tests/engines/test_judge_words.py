@@ -78,10 +78,10 @@ SAID: dict[str, Callable[[], Finding]] = {
         SUBJECT, (FINE, FINE, COARSE), (OTHER, OTHER, run(1.0, 4.0)), WIDE
     ),
     "an order": lambda: convergence.check_formal_order(
-        SUBJECT, [run(0.0, by) for by in (9.0, 1.0, 0.5)], 4, "theta"
+        SUBJECT, *[run(0.0, by).rename(theta="x_sp") for by in (9.0, 1.0, 0.5)], formal=4
     ),
     "an order through impacts": lambda: convergence.measure_impact_order(
-        SUBJECT, [run(0.0, by) for by in (9.0, 1.0, -1.0)], "theta"
+        SUBJECT, *[run(0.0, by).rename(theta="x_sp") for by in (9.0, 1.0, -1.0)]
     ),
     "a stable step": lambda: records.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
     "any step": lambda: records.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
@@ -176,7 +176,6 @@ def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch
         judged.append((about.key.family, *(time or (None,))))
 
     monkeypatch.setattr(trajectories, "check_same_step", note)
-    monkeypatch.setattr(trajectories, "check_at_time", note)
     monkeypatch.setattr(trajectories, "find_acceptance_limit", lambda *given: None)
     arm = load_arm("probe")
     experiment = Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))

@@ -137,9 +137,9 @@ def test_a_check_without_a_record_names_the_command_that_makes_it(
 
 
 def trial_options(**given: object) -> TrialOptions:
-    nothing = dict.fromkeys(("jobs", "json_file", "junit", "out", "coordinates"))
+    nothing = dict.fromkeys(("json_file", "junit", "out", "coordinates"))
     nothing |= dict.fromkeys(("quick", "ask", "run_code"), False)
-    nothing |= {"names": ("m.py:f",), "seed": 0, "answers": (), "after": ()}
+    nothing |= {"names": ("m.py:f",), "seed": 0, "jobs": 1, "answers": (), "after": ()}
     return TrialOptions(**{**nothing, "scenarios": [], "settings": [], **given})
 
 

@@ -123,16 +123,10 @@ class ReplayedCrossCheck:
 
     def __init__(self) -> None:
         self.result: CrossCheck | None = None
-        self.outcomes: list[tuple[Any, Any]] = []
 
-    def __call__(
-        self, chosen: CrossCheckRequest, on_outcome: Any = lambda *outcome: None, **more: Any
-    ) -> CrossCheck:
+    def __call__(self, chosen: CrossCheckRequest, **more: Any) -> CrossCheck:
         if self.result is None:
-            collect = lambda *outcome: self.outcomes.append(outcome)  # noqa: E731
-            self.result = run_cross_check(chosen, on_outcome=collect, **more)
-        for outcome in self.outcomes:
-            on_outcome(*outcome)
+            self.result = run_cross_check(chosen, **more)
         return self.result
 
 

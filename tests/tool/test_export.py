@@ -17,7 +17,6 @@ from crosscheck.cli.files.export import (
     build_model,
     describe_model,
     describe_robot_model,
-    function_prefix,
     make_c_name,
     robot_variables,
 )
@@ -56,7 +55,7 @@ def test_compiled_it_says_what_the_model_says(crosscheck, setting, tmp_path):
     stated = dict(law.removeprefix("switches.").split("=") for law in laws)
     assert stated.items() <= model.switches.model_dump().items()
     size, joints, theta = len(model.layout), len(model.arm.joints), model.layout.theta
-    call = compiled(file, function_prefix(model))
+    call = compiled(file, make_c_name(model.arm.name))
     for t, q, v in zip(*sample_states(model.layout, model.arm, 20, 5), strict=True):
         torque = torques_at(model.drive, t, q[theta], v[theta])
         assert torque.shape == (joints,)

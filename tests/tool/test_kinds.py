@@ -161,14 +161,14 @@ def test_what_a_cross_check_writes_is_recognised_by_its_content(labelled):
         assert identify_file_type(file.read_bytes()) is kind
 
 
-def test_a_mark_between_two_pieces_of_a_file_is_seen(tmp_path, monkeypatch):
+def test_marks_are_seen_wherever_they_stand_in_a_file(tmp_path):
     kind, file = FILE_TYPES[0], tmp_path / "file"
-    for piece in range(60, 90):
-        monkeypatch.setattr("crosscheck.file_types.PIECE", piece)
-        file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0] + b"y" * 100 + kind.holds[1])
-        assert is_file_of_type(file, kind)
-        file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0])
-        assert not is_file_of_type(file, kind)
+    file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0] + b"y" * 100 + kind.holds[1])
+    assert is_file_of_type(file, kind)
+    file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0])
+    assert not is_file_of_type(file, kind)
+    file.write_bytes(b"x" + kind.begins + b"".join(kind.holds))
+    assert not is_file_of_type(file, kind)
 
 
 def test_what_became_another_file_meanwhile_is_not_replaced(tmp_path):

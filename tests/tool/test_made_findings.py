@@ -43,7 +43,6 @@ from crosscheck.report.formatting import (
 from crosscheck.report.html import render_report_page
 from crosscheck.report.matrix import collect_cells, common_digits, group_models
 from crosscheck.report.outline import outline_arm
-from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.terminal import print_agreement, print_answers
 from crosscheck.run import CrossCheck
 from tests.views.agreements import BODIES, GEARS, LEAD, PRINTED, TREE, about, print_with
@@ -143,7 +142,7 @@ def first_screen(findings: list[Finding], arm: Any) -> str:
     """The lines of the page above its drawing, and how many of its cards are red."""
     made = Agreement(findings, record_provenance(arm, 0, True))
     request = CrossCheckRequest(arm, quick=True)
-    page = render_report_page(CrossCheck(request, made, {}, {}), Pictures({}))
+    page = render_report_page(CrossCheck(request, made, {}, {}))
     red = page.count('<article class="no">'), page.count('<section class="verdict no">')
     lines = list_lines(page).partition("\nJoint 1")[0]
     return f"{lines}\nred cards, verdicts: {red}"

@@ -232,7 +232,7 @@ def test_sorts_of_mechanisms_supply_functions_that_take_the_same_arguments():
     """Each takes as many as the other needs, and the same ones by keyword alone."""
     for what in require_items(mechanisms.SUPPLIED):
         needed, taken, by_keyword = [], [], []
-        for section in mechanisms.Supply._fields:
+        for section in mechanisms.SECTIONS:
             supplied = mechanisms.supply(what, section)
             # Of equations under trial both classes have the methods of one, and make themselves.
             called = supplied.ask if supplied in TrialSubject.__subclasses__() else supplied

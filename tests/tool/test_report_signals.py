@@ -19,7 +19,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import build_trajectory
 from crosscheck.registry import RIGID_LEVELS, model_names
 from crosscheck.report.plots import figures, scheme
-from crosscheck.report.plots.charts import Charts, Pictures
+from crosscheck.report.plots.charts import Pictures, draw_pictures
 from crosscheck.report.plots.scheme import draw_arm, draw_robot
 from crosscheck.report.plots.signals import RecordStretch, Signals, collect_signals, make_stretch
 from crosscheck.runner.outcomes import Failure
@@ -227,10 +227,10 @@ def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
         drawn.append([run.attrs["model"] for run in pair])
         return f"{float(pair[0]['time'][-1]):g} s"
 
-    monkeypatch.setattr("crosscheck.report.plots.figures.draw_level_deviations", draw_levels)
-    monkeypatch.setattr("crosscheck.report.plots.figures.draw_run_comparison", draw_pair)
+    monkeypatch.setattr("crosscheck.report.plots.charts.draw_level_deviations", draw_levels)
+    monkeypatch.setattr("crosscheck.report.plots.charts.draw_run_comparison", draw_pair)
     rigid = [f"pinocchio:{level}" for level in RIGID_LEVELS]
-    charts, partly = Charts(), rigid[1:3]
+    partly = rigid[1:3]
     experiments = {
         "alone": (9.0, [REFERENCE, *rigid]),
         "b-long": (3.0, [REFERENCE, OTHER, *partly]),
@@ -238,21 +238,14 @@ def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
         "d-bare": (5.0, [REFERENCE, OTHER]),
         "e-last": (2.0, [OTHER]),
     }
-    runs = [
-        (RunKey(name, model), run_for(model, seconds))
+    runs: dict[RunKey, xr.Dataset | Failure] = {
+        RunKey(name, model): run_for(model, seconds)
         for name, (seconds, models) in experiments.items()
         for model in models
-    ]
-    for each in runs:
-        charts.show(*each)
-    assert charts.levels.keys() == {"alone", "c-short"}  # as soon as their runs are there
-    charts.show(RunKey("d-bare", rigid[0]), Failure("Died", "in vain"))
-    charts.show("no run", np.zeros(3))
-    pictures = charts.build_pictures()
-    turned = Charts()
-    for each in reversed(runs):
-        turned.show(*each)
-    assert turned.build_pictures() == pictures
+    }
+    runs[RunKey("d-bare", rigid[0])] = Failure("Died", "in vain")
+    pictures = draw_pictures(runs)
+    assert draw_pictures(dict(reversed(runs.items()))) == pictures
     assert drawn.pop() == [REFERENCE, OTHER]
     assert pictures.levels == {
         "b-long": f"{REFERENCE} beside {', '.join(RIGID_LEVELS[1:3])}",
@@ -264,13 +257,16 @@ def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
         "b-long": (REFERENCE, (OTHER, *partly)),
         "c-short": (REFERENCE, (OTHER, model_names("form")[-1], *rigid)),
     }
-    bare = Charts()
-    for name, (seconds, _) in experiments.items():
-        for model in (REFERENCE, OTHER):
-            bare.show(RunKey(name, model), run_for(model, seconds))
-    assert bare.build_pictures().still_of == "alone"
-    assert [each.experiment for each in bare.build_pictures().signals] == list(experiments)
-    assert Charts().build_pictures() == Pictures({})
+    bare = draw_pictures(
+        {
+            RunKey(name, model): run_for(model, seconds)
+            for name, (seconds, _) in experiments.items()
+            for model in (REFERENCE, OTHER)
+        }
+    )
+    assert bare.still_of == "alone"
+    assert [each.experiment for each in bare.signals] == list(experiments)
+    assert draw_pictures({}) == Pictures({})
 
 
 def test_windows_hold_what_is_worth_a_look_and_end_with_the_run(runs):

@@ -13,8 +13,9 @@ import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.report import html
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
-from crosscheck.report.plots.charts import Charts
+from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.rendering import keep_minus
 from crosscheck.run import CrossCheck
 from crosscheck.trial.arms.entry_notes import describe_point_masses, describe_unfollowed
@@ -33,9 +34,9 @@ ENTRIES = [
 
 def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     row = (0.0, 1e-10, 1.1e-10, 9e-7, 1e-6, 1e-4, 9.9e-3, 0.01, 3.0, np.nan)
-    found = make_heat_map("M", ("a",), [str(value) for value in row], (row,), 1e-10)
+    found = make_heat_map("M", [str(value) for value in row], np.tile(row, (10, 1)), 1e-10)
     assert [cell.shade for cell in found.cells[0]] == [0, 0, 1, 1, 2, 3, 3, 4, 4, 4]
-    assert found.described == "M: 8 of 10 entries differ"
+    assert found.described == "M: 80 of 100 entries differ"
 
 
 def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
@@ -48,7 +49,7 @@ def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
 
 @pytest.mark.parametrize(("count", "is_wide"), [(8, False), (9, True)])
 def test_names_of_more_than_eight_columns_are_written_upwards(count, is_wide):
-    assert make_heat_map("M", "a", "b" * count, [[0.0] * count], 0.0).is_wide is is_wide
+    assert make_heat_map("M", "b" * count, np.zeros((count, count)), 0.0).is_wide is is_wide
 
 
 def ignored(name, value, *parts, **goes_with):
@@ -126,10 +127,10 @@ def test_a_cross_check_writes_what_the_command_writes(labelled, tmp_path, monkey
     other = replace(next(iter(invented.runs)), model="exudyn:tree")
     invented = replace(invented, runs={**invented.runs, other: run.copy()})
     monkeypatch.setattr("crosscheck.run.run_cross_check", lambda request, jobs: invented)
-    drawn = list[tuple[object, object]]()
-    monkeypatch.setattr(Charts, "show", lambda charts, key, run: drawn.append((key, id(run))))
+    drawn = list[object]()
+    monkeypatch.setattr(html, "draw_pictures", lambda runs: drawn.append(runs) or Pictures({}))
     crosscheck.check(labelled).write_report(tmp_path)
-    assert drawn == [(key, id(run)) for key, run in invented.runs.items()]
+    assert drawn == [invented.runs]
     assert "Cross-check of paper-labelled" in (tmp_path / "index.html").read_text()
     assert len(json.loads((tmp_path / "agreement.json").read_text())["findings"]) == 1
 

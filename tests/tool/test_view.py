@@ -39,15 +39,16 @@ def overlaps(joint: Planetary, theta: float, off: float = 0.0) -> int:
     off: pitches by which every planet is turned too far.
     """
     zero = np.zeros((1, joint.planet_count))
-    angles, stand = gear_angles(joint, np.array([theta]), zero, zero), gear_assembly(joint)
+    sun_angles, planet_angles = gear_angles(joint, np.array([theta]), zero, zero)
+    stand = gear_assembly(joint)
     sun, ring = (mesh_geometry(joint, side).wheel for side in SIDES)
     planet = mesh_geometry(joint, "sun").planet
-    sun_at = placed(sun, angles.sun[0])
+    sun_at = placed(sun, sun_angles[0])
     opening = placed(ring, stand.ring)
     count = 0
     for n, where in enumerate(stand.planets):
         centre = abs(planet.centre) * np.exp(1j * (theta + where))
-        turn = stand.spins[n] + angles.planets[0, n] + off * 2 * np.pi / planet.teeth
+        turn = stand.spins[n] + planet_angles[0, n] + off * 2 * np.pi / planet.teeth
         teeth = placed(planet, turn, centre)
         corners = np.stack([teeth.real, teeth.imag], axis=1)
         count += int(inside(sun_at, corners).sum() + (~inside(opening, corners)).sum())
@@ -68,10 +69,8 @@ def test_teeth_meet_gaps_wherever_the_carrier_is(joint):
 def test_gear_angles_turn_eqs_2_and_3_around():
     joint, rng = JOINTS[0], np.random.default_rng(5)
     carrier, x = rng.normal(size=3), 1e-4 * rng.normal(size=(2, 3, 1))
-    found, radii = gear_angles(joint, carrier, *x), stage_geometry(joint)
-    back = mesh_displacements(
-        found.sun, -found.planets[:, 0], carrier, radii.r_s, radii.r_p, radii.r_cp
-    )
+    (sun, planets), radii = gear_angles(joint, carrier, *x), stage_geometry(joint)
+    back = mesh_displacements(sun, -planets[:, 0], carrier, radii.r_s, radii.r_p, radii.r_cp)
     assert np.allclose(back, x[:, :, 0], rtol=0, atol=1e-14)  # arcs of a metre, in double
 
 

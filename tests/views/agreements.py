@@ -30,7 +30,6 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
 from crosscheck.report import answers, html, junit, summary, terminal
 from crosscheck.report.matrix import FAMILIES, FORMS
-from crosscheck.report.plots.charts import Pictures
 from crosscheck.run import CrossCheck
 from tests.views.walker import WORDS, Fact, View
 
@@ -343,7 +342,7 @@ WORDING = {
 def render_page(kind: str, agreement: Agreement) -> str:
     """The page, without pictures."""
     request = CrossCheckRequest(mechanism_of(kind), quick=True)
-    return html.render_report_page(CrossCheck(request, agreement, {}, {}), Pictures({}))
+    return html.render_report_page(CrossCheck(request, agreement, {}, {}))
 
 
 COLUMNS = "300"  # of a wide terminal, on which no line is wrapped
@@ -363,7 +362,7 @@ RENDER: dict[str, Callable[[str, Agreement], str]] = {
     "validate": lambda kind, made: print_with(terminal.print_answers, made, mechanism_of(kind)),
     "JSON": lambda kind, made: answers.format_agreement_json(made, mechanism_of(kind)),
     "JUnit": lambda kind, made: junit.format_junit(replace(made, provenance=None)),
-    "notebook": lambda kind, made: summary.render_agreement_summary(made),
+    "notebook": lambda kind, made: summary.CheckResult(**vars(made))._repr_html_(),
     "repr": lambda kind, made: "\n".join(summary.summarize_agreement(made)),
 }
 DIGITS = tuple(f"digits {words}" for words in dict.fromkeys(FAMILIES.values()))

@@ -55,8 +55,7 @@ def compute_slopes(
     moved = q + shifts[..., None, :]  # (k, 2, n, states, n)
     values = function(moved.reshape(-1, q.shape[1]))
     values = values.reshape(*moved.shape[:-1], *values.shape[1:])
-    slopes: np.ndarray = np.einsum("kn,kns...->ns...", rule.weights, values[:, 0] - values[:, 1])
-    return slopes
+    return np.einsum("kn,kns...->ns...", rule.weights, values[:, 0] - values[:, 1])
 
 
 def christoffel_force(slopes: np.ndarray, v: np.ndarray) -> np.ndarray:

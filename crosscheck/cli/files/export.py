@@ -74,7 +74,7 @@ def export_command(arm: str, model: str | None, settings: list[str], out: Path) 
 def export_arm(name: str, model: str, settings: list[str]) -> EquationsText:
     """Equations of a model of an arm. Raises InputError."""
     chosen = build_model(name, model, settings)
-    prefix, layout = function_prefix(chosen), chosen.layout
+    prefix, layout = make_c_name(chosen.arm.name), chosen.layout
     text = generate_c_source(chosen.term_equations, prefix, describe_model(chosen))
     unit = partial(generate_fmu_sources, text, prefix, layout, len(chosen.arm.joints))
     content = f"M, bias, force and acceleration in {', '.join(layout.names)}"
@@ -105,13 +105,10 @@ def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], 
 
 def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]) -> str:
     """The text at the head of a robot's exported file."""
-    text = (
-        f"Equations of motion of {robot.name}, {model}: accelerations under torques [N m, N] of the"
-        f" motors at the free joints. Coordinates q: {', '.join(f'{n} [{u}]' for n, u in states)}."
-        " Compilers must keep the order of operations: no -ffast-math."
-        f" Written by crosscheck export, geararm-crosscheck {__version__}."
+    return _format_head(
+        f"{robot.name}, {model}: accelerations under torques [N m, N] of the motors at the free"
+        f" joints. Coordinates q: {', '.join(f'{n} [{u}]' for n, u in states)}."
     )
-    return re.sub(r"\*/", "* /", text)
 
 
 def unit_file(prefix: str, code: str, description: str) -> bytes:
@@ -163,21 +160,14 @@ def _compile(command: list[str], library: Path) -> str:
 
 def build_model(arm: str, model: str, settings: list[str]) -> AnalyticModel:
     """The named model, whose equations are text. Raises InputError for any other."""
-    exportable_models = [
-        name for name in BUILT_IN if issubclass(load_model_class(name), AnalyticModel)
-    ]
-    if model not in exportable_models:
-        raise InputError("--model", "", model, f"must be one of {', '.join(exportable_models)}")
+    analytic = [name for name in BUILT_IN if issubclass(load_model_class(name), AnalyticModel)]
+    if model not in analytic:
+        raise InputError("--model", "", model, f"must be one of {', '.join(analytic)}")
     loaded = load_selection(arm, [], settings)
     switches = loaded.switches or usual_switches(loaded.arm)
     exported_model = build(model, loaded.arm, make_unequal_gains_scenario(loaded.arm), switches)
     assert isinstance(exported_model, AnalyticModel)
     return exported_model
-
-
-def function_prefix(model: AnalyticModel) -> str:
-    """Prefix of the functions' names: a name of C, from the arm's."""
-    return make_c_name(model.arm.name)
 
 
 def make_c_name(name: str) -> str:
@@ -189,11 +179,17 @@ def describe_model(model: AnalyticModel) -> str:
     """The text at the head of an exported file."""
     units = (f"{c.name} [{'rad' if c.is_angle else 'm'}]" for c in model.layout.coordinates)
     laws = ", ".join(f"{key} {value}" for key, value in model.switches.model_dump().items())
-    name = re.sub(r"\*/", "* /", model.arm.name)
-    return (
-        f"Equations of motion of {name}, {model.name}: M(q) q'' + bias(q, v) = force(t, q, v,"
-        f" torque). Coordinates q: {', '.join(units)}; torque [N m] of the drive on the output side"
-        f" of each joint; M row by row. Laws: {laws}."
-        " Compilers must keep the order of operations: no -ffast-math."
-        f" Written by crosscheck export, geararm-crosscheck {__version__}."
+    return _format_head(
+        f"{model.arm.name}, {model.name}: M(q) q'' + bias(q, v) = force(t, q, v, torque)."
+        f" Coordinates q: {', '.join(units)}; torque [N m] of the drive on the output side of each"
+        f" joint; M row by row. Laws: {laws}."
     )
+
+
+def _format_head(content: str) -> str:
+    """The head of a file with some equations, which ends no comment of C."""
+    text = (
+        f"Equations of motion of {content} Compilers must keep the order of operations: no"
+        f" -ffast-math. Written by crosscheck export, geararm-crosscheck {__version__}."
+    )
+    return text.replace("*/", "* /")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -234,10 +233,8 @@ def _fields(record: Data, explained: bool) -> list[str]:
     lines = []
     for field in describe_fields(type(record)):
         value = getattr(record, field.name)
-        is_section = (
-            field.lists or isinstance(value, Mesh) or (explained and isinstance(value, Data))
-        )
-        if value is None or is_section:
+        has_lines = explained and isinstance(value, Data)
+        if value is None or field.lists or isinstance(value, Mesh) or has_lines:
             continue
         is_gravity = field.name == "gravity_m_per_s2"
         line = f"{field.name} = {_toml(value)}" if not is_gravity else GRAVITY
@@ -324,20 +321,14 @@ def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator
         gear = gears.get(joint.name)
         if number not in motors and (gear is None or not joint.has_motor):
             continue
-        key = joint.name if re.fullmatch(r"[A-Za-z0-9_-]+", joint.name) else _toml(joint.name)
-        line = f'{key} = {{ kind = "direct" }}'
-        if gear is not None and gear.table:
-            fields = ", ".join(
-                f"{name} = {json.dumps(value)}" for name, value in gear.table.items()
-            )
-            line = f"{key} = {{ {fields} }}"
+        table = gear.table if gear is not None and gear.table else {"kind": "direct"}
+        (line,) = format_toml_fields({joint.name: table})
         yield line if gear is None else f"{line} # {make_printable(gear.elements)}"
 
 
 def robot_template(robot: Robot, urdf: str, joint_lines: Iterable[str]) -> str:
     """The text of a robot's file, TOML."""
     head = {"schema_version": 1, "name": robot.name, "urdf": urdf}
-    fields = format_toml_fields(
-        {**head, "gravity_m_per_s2": robot.gravity.tolist(), "tip": robot.tip}
-    )
+    content = {**head, "gravity_m_per_s2": robot.gravity.tolist(), "tip": robot.tip}
+    fields = format_toml_fields(content)
     return "\n".join([ROBOT_HEAD.format(urdf=urdf), *fields, "", "[joints]", *joint_lines, ""])

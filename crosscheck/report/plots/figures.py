@@ -145,13 +145,11 @@ def draw_run_comparison(reference_run: xr.Dataset, other_run: xr.Dataset) -> str
     rows = [row for row in quantities if row[0] in reference_run]
     figure, grid = make_figure(len(rows))
     for axes, (quantity, scale, label, difference_label) in zip(grid, rows, strict=True):
-        reference_values, other_values = (
-            first_planet(run[quantity]) for run in (reference_run, other_run)
-        )
+        values, others = (first_planet(run[quantity]) for run in (reference_run, other_run))
         time = reference_run["time"].values
-        for joint, colour in zip(range(reference_values.shape[1]), COLOURS, strict=False):
-            draw(axes[0], time, scale * reference_values[:, joint], f"joint {joint + 1}", colour)
-            gap = np.maximum(np.abs(reference_values[:, joint] - other_values[:, joint]), 1e-20)
+        for joint, colour in zip(range(values.shape[1]), COLOURS, strict=False):
+            draw(axes[0], time, scale * values[:, joint], f"joint {joint + 1}", colour)
+            gap = np.maximum(np.abs(values[:, joint] - others[:, joint]), 1e-20)
             draw(axes[1], time, gap, f"joint {joint + 1}", colour)
         axes[0].set_ylabel(label)
         axes[1].set(ylabel=difference_label)
@@ -164,14 +162,12 @@ def draw_run_comparison(reference_run: xr.Dataset, other_run: xr.Dataset) -> str
 
 def draw_level_deviations(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
     """Deviation of every rigid level from the geared arm, joint by joint."""
-    joints = geared["joint"].size
-    figure, grid = make_figure(1, joints, 2.6)
+    figure, grid = make_figure(1, geared["joint"].size, 2.6)
     for joint, axes in enumerate(grid[0]):
         for colour, (level, run) in zip(COLOURS, rigid.items(), strict=False):
             gap = run["theta"].values[:, joint] - geared["theta"].values[:, joint]
-            axes.plot(
-                geared["time"].values, np.maximum(np.abs(gap), 1e-12), color=colour, label=level
-            )
+            gap, time = np.maximum(np.abs(gap), 1e-12), geared["time"].values
+            axes.plot(time, gap, color=colour, label=level)
         axes.set(xlabel="time [s]", ylabel="|deviation| [rad]", title=f"joint {joint + 1}")
         _set_power_labels(axes)
     draw_legend(figure, grid[0, 0])

@@ -54,7 +54,8 @@ def draw_robot(robot: Robot) -> str:
         rotation, position = poses[number]
         rods += [(position, position + rotation @ end) for end in ends]
     view = _face_viewer(find_upward(robot))
-    at, _ = _fit_points([_project(view, p) for p in (np.zeros(3), *joints, *sum(rods, ()))])
+    shown = np.array([np.zeros(3), *joints, *sum(rods, ())]) @ view.T
+    at, _ = _fit_points([complex(right, up) for right, up in shown])
     feet, joint_points, rod_points = at[0], at[1 : len(joints) + 1], at[len(joints) + 1 :]
     parts = [_draw_base(feet), *map(_draw_link, rod_points[::2], rod_points[1::2])]
     labels: dict[complex, list[str]] = {}
@@ -81,29 +82,19 @@ def _face_viewer(upward: np.ndarray) -> np.ndarray:
     return np.stack([right, up])
 
 
-def _project(view: np.ndarray, point: np.ndarray) -> complex:
-    right, up = view @ point
-    return complex(right, up)
-
-
 def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
     """Points within the picture's margins, y downwards, and the scale of lengths."""
     left, low = min(p.real for p in points), min(p.imag for p in points)
     wide, high = max(p.real for p in points) - left, max(p.imag for p in points) - low
     scale = min((WIDTH - 2 * MARGIN) / max(wide, 1e-9), (HEIGHT - 2 * MARGIN) / max(high, 1e-9))
-    placed = [
-        complex(MARGIN + scale * (p.real - left), HEIGHT - MARGIN - scale * (p.imag - low))
-        for p in points
-    ]
-    return placed, scale
+    base, corner = complex(left, low), complex(MARGIN, HEIGHT - MARGIN)
+    return [corner + scale * (p - base).conjugate() for p in points], scale
 
 
 def _make_picture(parts: Iterable[str], lines: Iterable[str]) -> str:
-    return (
-        f'<svg class="scheme" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
-        f' aria-label="{escape(". ".join(lines))}">'
-        f"{''.join(parts)}</svg>"
-    )
+    box, label = f"0 0 {WIDTH:g} {HEIGHT:g}", escape(". ".join(lines))
+    head = f'<svg class="scheme" viewBox="{box}" role="img" aria-label="{label}">'
+    return f"{head}{''.join(parts)}</svg>"
 
 
 def _draw_base(at: complex) -> str:
@@ -112,10 +103,8 @@ def _draw_base(at: complex) -> str:
 
 
 def _draw_link(start: complex, end: complex) -> str:
-    return (
-        f'<line class="link" x1="{start.real:.1f}" y1="{start.imag:.1f}" x2="{end.real:.1f}"'
-        f' y2="{end.imag:.1f}"/>'
-    )
+    ends = f'x1="{start.real:.1f}" y1="{start.imag:.1f}" x2="{end.real:.1f}" y2="{end.imag:.1f}"'
+    return f'<line class="link" {ends}/>'
 
 
 def _draw_joint(joint: Joint, at: complex, scale: float) -> Iterator[str]:

@@ -88,9 +88,7 @@ class Signals:
 def format_signals(signal_sets: Sequence[Signals]) -> dict[str, object]:
     """Data for the page's script: experiments, and each quantity's unit and meaning."""
     used = dict.fromkeys(line.quantity for each in signal_sets for line in each.lines)
-    quantities = {
-        name: {"unit": format_unit(unit_of(name)), "meaning": meaning_of(name)} for name in used
-    }
+    quantities = {n: {"unit": format_unit(unit_of(n)), "meaning": meaning_of(n)} for n in used}
     return {"experiments": [asdict(each) for each in signal_sets], "quantities": quantities}
 
 
@@ -114,10 +112,8 @@ def collect_signals(
         left -= size if widths[key] == 1 else 2 * size // widths[key]
     signal_sets = []
     for name, table in tables.items():
-        quantity_widths = {
-            quantity: width for (each, quantity), width in widths.items() if each == name
-        }
-        signal_sets.append(_signals(name, reference, runs[name], table, quantity_widths))
+        bin_widths = {each: width for (of, each), width in widths.items() if of == name}
+        signal_sets.append(_signals(name, reference, runs[name], table, bin_widths))
     return signal_sets
 
 
@@ -130,10 +126,7 @@ def _signals(
 ) -> Signals:
     """The signals of one experiment; widths: records in a bin of the whole run, by quantity."""
     time = runs[reference]["time"].values
-    tables = {
-        quantity: {line.name: each for line, each in values.items() if line.quantity == quantity}
-        for quantity in widths
-    }
+    tables = {q: {line.name: v for line, v in values.items() if line.quantity == q} for q in widths}
     binned = {quantity: table for quantity, table in tables.items() if widths[quantity] > 1}
     windows = []
     for title, begin, end in _events(time, runs[reference], values):
@@ -145,9 +138,7 @@ def _signals(
         windows.append(SignalWindow(title, begin, end, full_rate))
     others = tuple(name for name in runs if name != reference)
     rigid = tuple(name for name in others if MODELS[name].is_rigid)
-    whole = {
-        quantity: make_stretch(time, table, widths[quantity]) for quantity, table in tables.items()
-    }
+    whole = {name: make_stretch(time, table, widths[name]) for name, table in tables.items()}
     return Signals(experiment, reference, others, rigid, tuple(values), whole, tuple(windows))
 
 
@@ -160,9 +151,8 @@ def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Li
             for model, run in runs.items():
                 if quantity not in run:
                     continue
-                values = (
-                    base if model == reference else first_planet(run[quantity])[:, place] - base
-                )
+                values = first_planet(run[quantity])[:, place]
+                values = values if model == reference else values - base
                 name = f"{quantity}/{joint}/{model}"
                 peak = float(np.abs(values).max())
                 yield Line(name, quantity, joint, model, peak), values
@@ -192,17 +182,14 @@ def _events(
     """Moments worth a look, with begin and end [s]; none for an arm without teeth."""
     if CONTACT not in run:
         return
-    force = {
-        int(joint): first_planet(run[CONTACT])[:, place]
-        for place, joint in enumerate(run["joint"].values)
-    }
+    numbers = map(int, run["joint"].values)
+    force = dict(zip(numbers, first_planet(run[CONTACT]).T, strict=True))
     joint = max(force, key=lambda number: float(np.abs(force[number]).max()))
     places = {f"largest {CONTACT}, joint {joint}": int(np.abs(force[joint]).argmax())}
     lost = {n: _first_index(each[1:] == 0, each[:-1] != 0) for n, each in force.items()}
     places |= _select_earliest("contact lost", lost)
-    other = {
-        n: _first_index(each * each[np.flatnonzero(each)[:1]] < 0) for n, each in force.items()
-    }
+    signed = {n: each * each[np.flatnonzero(each)[:1]] for n, each in force.items()}
+    other = {n: _first_index(each < 0) for n, each in signed.items()}
     places |= _select_earliest("contact on the other side", other)
     for line, difference in values.items():
         if (line.quantity, line.joint) == (CONTACT, joint) and line.model != run.attrs["model"]:

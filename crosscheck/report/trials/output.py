@@ -7,13 +7,13 @@ from typing import Any
 
 from crosscheck.models.errors import make_printable
 from crosscheck.report.finding_groups import list_findings
-from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
+from crosscheck.report.heat_map import HeatMap, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.judge.entries import EntryMismatch
-from crosscheck.trial.result import PartDeviation, Trial
+from crosscheck.trial.result import Trial
 
 SCHEMA_VERSION = 4
 NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
@@ -58,9 +58,8 @@ def _select_fields(record: Any, names: Sequence[str]) -> dict[str, Any]:
 
 def format_trial_junit(trial: Trial) -> str:
     """JUnit XML with a test case for each check."""
-    return format_junit(
-        trial.agreement, f"trial {trial.problem.name} {trial.problem.mechanism.name}"
-    )
+    problem = trial.problem
+    return format_junit(trial.agreement, f"trial {problem.name} {problem.mechanism.name}")
 
 
 def render_summary(trial: Trial) -> str:
@@ -86,15 +85,12 @@ def render_trial_page(trial: Trial) -> str:
 
 def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
     """A heat map of each part; of a bias by rates one for each row that deviates."""
+    names = trial.problem.names
     for part in trial.parts:
         if part.relative.ndim < 3:
-            yield make_entry_map(part.title, trial.problem.names, part.relative, part.allowed)
-        else:
-            yield from _make_rate_maps(part, trial.problem.names)
-
-
-def _make_rate_maps(part: PartDeviation, names: Sequence[str]) -> Iterator[HeatMap]:
-    for name, relative in zip(names, part.relative, strict=True):
-        if not (relative <= part.allowed).all():
-            title = f"{part.title} of {name}, by rates"
-            yield make_heat_map(title, names, names, relative.tolist(), part.allowed)
+            yield make_heat_map(part.title, names, part.relative, part.allowed)
+            continue
+        for name, relative in zip(names, part.relative, strict=True):
+            if not (relative <= part.allowed).all():
+                title = f"{part.title} of {name}, by rates"
+                yield make_heat_map(title, names, relative, part.allowed)

@@ -25,7 +25,7 @@ from crosscheck.analytic.kernel.fmu import generate_fmu_sources
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.scales import geared_joints, motor_lever, sun_advance
-from crosscheck.cli.files.export import build_model, function_prefix, unit_file
+from crosscheck.cli.files.export import build_model, make_c_name, unit_file
 from crosscheck.findings import Finding
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -81,7 +81,7 @@ def trial_in_this_process() -> None:
 def generated(arm: str, name: str, *settings: str) -> tuple[AnalyticModel, str, str]:
     """A model, the prefix of its names in C, and its C."""
     model = build_model(arm, name, list(settings))
-    prefix = function_prefix(model)
+    prefix = make_c_name(model.arm.name)
     return model, prefix, generate_c_source(model.term_equations, prefix, "a model")
 
 
