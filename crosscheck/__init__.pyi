@@ -21,7 +21,9 @@ from crosscheck.models.robot.robot import Robot as Robot
 from crosscheck.report.summary import CheckResult as CheckResult
 from crosscheck.studies.api import sweep as sweep
 from crosscheck.testing import try_equations as try_equations
+from crosscheck.trial.input.equations import Coordinates as Coordinates
 from crosscheck.trial.input.equations import Equations as Equations
+from crosscheck.trial.input.symbolic import from_sympy as from_sympy
 
 __version__: str
 LARGEST_SEED: int

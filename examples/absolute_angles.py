@@ -5,7 +5,7 @@ crosscheck trial examples/absolute_angles.py:model three-unlike
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck import Coordinates, Equations
 
 
 def model(arm):

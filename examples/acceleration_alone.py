@@ -5,7 +5,7 @@ crosscheck trial examples/acceleration_alone.py:model paper-labelled
 
 import math
 
-from crosscheck.trial.input.equations import Equations
+from crosscheck import Equations
 
 
 def model(arm):

@@ -7,7 +7,7 @@ Inputs of the Functions are distinguished by their names.
 
 import casadi as ca
 
-from crosscheck.trial.input.equations import Equations
+from crosscheck import Equations
 
 
 def model(arm):

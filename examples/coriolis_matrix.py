@@ -7,7 +7,7 @@ The function is called with an arm, so the trial may ask for the same model of o
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Equations
+from crosscheck import Equations
 
 
 def model(arm):

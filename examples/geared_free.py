@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck import Coordinates, Equations
 
 
 def model(arm):

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck import Coordinates, Equations
 
 X_SP, X_PR, THETA = (0, 3), (1, 4), (2, 5)
 UNIT = np.eye(6)

@@ -5,7 +5,7 @@ crosscheck trial examples/inverse_dynamics_alone.py:model three-unlike
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Equations
+from crosscheck import Equations
 
 
 def model(arm):

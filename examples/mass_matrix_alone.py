@@ -7,7 +7,7 @@ Any number of links without gears, turned by absolute angles: M_ij = c_ij cos(ph
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck import Coordinates, Equations
 
 
 def model(arm):

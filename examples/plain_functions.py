@@ -5,7 +5,7 @@ crosscheck trial examples/plain_functions.py:model paper-labelled
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Equations
+from crosscheck import Equations
 
 L1, L2 = 1.0, 0.7  # lengths [m], of two uniform rods
 D1, D2 = 0.5, 0.35  # centres of mass [m]

@@ -8,8 +8,7 @@ Lagrange's method of sympy.physics.mechanics, straight in x; the map is distingu
 import sympy as sp
 import sympy.physics.mechanics as me
 
-from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.input.symbolic import from_sympy
+from crosscheck import Coordinates, from_sympy
 
 ECCENTRICITY = sp.Rational(3, 10)
 x1, x2, T1, T2 = me.dynamicsymbols("x1 x2 T1 T2")

@@ -9,7 +9,7 @@ for ``m_P``.
 import sympy as sp
 import sympy.physics.mechanics as me
 
-from crosscheck.trial.input.symbolic import from_sympy
+from crosscheck import from_sympy
 
 q1, q2, u1, u2, T1, T2 = me.dynamicsymbols("q1 q2 u1 u2 T1 T2")
 m1, I_l1, d1, L1, m2, I_l2, d2, L2, m_P = sp.symbols("m1 I_l1 d1 L1 m2 I_l2 d2 L2 m_P")

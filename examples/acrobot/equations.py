@@ -7,7 +7,7 @@ theta_1'' = -(d_2 theta_2'' + phi_1) / d_1. That is how M theta'' + bias = (0, t
 
 from math import cos, pi, sin
 
-from crosscheck.trial.input.equations import Equations
+from crosscheck import Equations
 
 M1 = M2 = 1.0  # masses [kg]
 L1 = 1.0  # length of the first link [m]
