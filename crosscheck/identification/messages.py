@@ -49,6 +49,8 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
     sentences: list[str] = []
     if comparison.tilt is not None:
         sentences += [comparison.tilt.describe(), "What follows holds with that gravity."]
+    if comparison.is_fitting and not comparison.is_clear:
+        return [*sentences, *_describe_doubt(comparison)]
     judged = [(side, side.judgement) for side in comparison.sides if side.judgement is not None]
     for side, judgement in judged:
         sentences += _describe_judgement(comparison.mechanism, side, judgement)
@@ -57,6 +59,22 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
             sentences += _describe_delay(side)
         return [*sentences, *_describe_runs(comparison)]
     return [*_suspect_units(comparison), *sentences, *_describe_terms(comparison)]
+
+
+def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
+    """That a level fits by its residuals alone, why that says nothing, and a better motion."""
+    noun, most = comparison.mechanism.noun, max(_find_most(e.best) for e in comparison.judgements)
+    reason = f"its residual is {format_number(most)} times that of freely fitted links"
+    if comparison.leaves_at_once:
+        reason += ", and simulated runs leave the record at once"
+    yield (
+        f"The recording cannot tell whether the {noun} is right: {reason}. It is too short or too"
+        " noisy, or the units of time, angles or torques are wrong."
+    )
+    yield from _describe_runs(comparison)
+    for side in comparison.judged_sides:
+        if not side.is_excited:
+            yield from _describe_side(side)
 
 
 def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
@@ -149,7 +167,11 @@ def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
 
 def _format_most(restriction: Restriction) -> str:
     """The residual of a restriction over that of any links, at the joint where it is largest."""
-    return format_number(float(restriction.ratios.max()))
+    return format_number(_find_most(restriction))
+
+
+def _find_most(restriction: Restriction) -> float:
+    return float(restriction.ratios.max())
 
 
 def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
