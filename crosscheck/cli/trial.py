@@ -256,7 +256,8 @@ def ask(options: TrialOptions) -> None:
     else:
         states = collect_state_request(table)
         state_sets = [states, *collect_inverse_requests(table, states)]
-        files = render_request_files(table, state_sets, options.format_shared_options())
+        shared = options.format_shared_options()
+        files = render_request_files(table, state_sets, shared, options.out)
     _write_new(options.out, files)
     count = format_count(sum(each.count for each in state_sets), "state")
     readme = make_printable(str(options.out / "README.md"))
