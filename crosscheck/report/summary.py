@@ -70,4 +70,4 @@ def summarize_agreement(agreement: Agreement) -> list[str]:
 def render_agreement_summary(agreement: Agreement) -> str:
     """HTML of the lines, and of the mass matrix entry by entry."""
     maps = make_entry_maps(agreement.entries)
-    return render_page("summary", lines=summarize_agreement(agreement), maps=maps)
+    return render_page("summary", lines=summarize_agreement(agreement), changes=(), maps=maps)

@@ -66,7 +66,9 @@ def format_trial_junit(trial: Trial) -> str:
 def render_summary(trial: Trial) -> str:
     """HTML for notebooks: the lines of the terminal, and a heat map of each part."""
     lines = [make_printable(line) for line in trial.lines]
-    return render_page("summary", lines=lines, maps=list(make_trial_maps(trial)))
+    changes = [make_printable(line) for line in trial.change.sentences] if trial.change else []
+    maps = list(make_trial_maps(trial))
+    return render_page("summary", lines=lines, changes=changes, maps=maps)
 
 
 def render_trial_page(trial: Trial) -> str:
@@ -85,12 +87,14 @@ def render_trial_page(trial: Trial) -> str:
 
 
 def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
-    """A heat map of each part; of a bias by rates one for each row that deviates."""
+    """A heat map of each part; of a bias by rates one for each row that deviates, if any does."""
     for part in trial.parts:
-        if part.relative.ndim < 3:
-            yield make_entry_map(part.title, trial.problem.names, part.relative, part.allowed)
-        else:
+        by_rates = part.relative.ndim == 3
+        if by_rates and not (part.relative <= part.allowed).all():
             yield from _make_rate_maps(part, trial.problem.names)
+        else:
+            relative = part.relative.max(axis=(1, 2)) if by_rates else part.relative
+            yield make_entry_map(part.title, trial.problem.names, relative, part.allowed)
 
 
 def _make_rate_maps(part: PartDeviation, names: Sequence[str]) -> Iterator[HeatMap]:
