@@ -304,4 +304,6 @@ def _require_compatible(options: TrialOptions) -> None:
             table, "", " ".join(options.names), "takes the place of MODEL; name the ARM alone"
         )
     if not table and not options.names:
-        raise InputError("trial", "MODEL", None, "is missing; or use --ask and --answers")
+        raise InputError(
+            "trial", "MODEL", None, "missing: name your equations, or use --ask and --answers"
+        )

@@ -74,7 +74,7 @@ def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
     yield from _describe_runs(comparison)
     for side in comparison.judged_sides:
         if not side.is_excited:
-            yield from _describe_side(side)
+            yield from _describe_side(side, _has_gears(comparison.mechanism))
 
 
 def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
@@ -117,7 +117,8 @@ def _describe_judgement(
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
-        yield f"{none}. The residual of the nearest, {name(least.level)}, is {left}."
+        nearest = f" of the nearest, {name(least.level)}," if judgement.levels[1:] else ""
+        yield f"With the file's numbers the residual{nearest} is {left}."
     else:
         yield f"{none}, and no single number explains the rest."
         yield f"The residual of the nearest, {name(least.level)}, is {left}."
@@ -132,8 +133,8 @@ def _describe_judgement(
         if change.mechanism is None and change.parameter and change.estimate:
             value = _format_change(change.estimate)
             yield (
-                f"At level {change.level} {change.parameter.phrase} would have to be {value}, which"
-                " is impossible."
+                f"For {name(change.level)} {change.parameter.phrase} would have to be {value},"
+                " which is impossible."
             )
 
 
@@ -194,11 +195,12 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
 
 def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
     """The terms that the torques need beside any links."""
+    has_gears = _has_gears(comparison.mechanism)
     for place, side in enumerate(comparison.sides):
         if side.links == "scaled":  # after the same side with identified links
-            yield from _describe_scaled(side, comparison.sides[place - 1])
+            yield from _describe_scaled(side, comparison.sides[place - 1], has_gears)
         else:
-            yield from _describe_side(side)
+            yield from _describe_side(side, has_gears)
             pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
             if pairs:
                 yield f"This motion cannot distinguish {pairs}."
@@ -210,18 +212,27 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
             " torques. State how well the file's links are known ([prior] links), or record the"
             " motion again with a known payload (payload of recordings)."
         )
-    yield from _describe_levels(comparison)
+    if has_gears:
+        yield from _describe_levels(comparison)
 
 
-def _describe_side(side: SideResult) -> Iterator[str]:
-    """The rotors that the torques of one side need, and those that they do not show."""
+def _has_gears(mechanism: ComparedMechanism) -> bool:
+    """Whether levels differ in what they make of rotors."""
+    return len(mechanism.levels) > 1
+
+
+def _describe_side(side: SideResult, has_gears: bool = True) -> Iterator[str]:
+    """The rotors that the torques of one side need, and those that they do not show.
+
+    has_gears: of one without, rotors are none that a level leaves out.
+    """
     where = SIDE_PHRASES[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
         condition, allowed = format_distinct([side.condition, EXCITED], digits=4)
+        what = f"The {where} cannot distinguish rotors from links: the" if has_gears else "The"
         yield (
-            f"The {where} cannot distinguish rotors from links: the motion hardly shows"
-            f" {names} (condition number {condition}, at most {allowed})."
+            f"{what} motion hardly shows {names} (condition number {condition}, at most {allowed})."
         )
         if side.excitation is not None:
             yield _describe_excitation(side.excitation)
@@ -336,21 +347,27 @@ def _describe_excitation(excitation: Excitation) -> str:
     return f"{head} {tail}: record that one (--out FOLDER writes it as {EXCITATION_FILE})."
 
 
-def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
+def _describe_scaled(
+    side: SideResult, identified: SideResult, has_gears: bool = True
+) -> Iterator[str]:
     """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
-        yield f"The {SIDE_PHRASES[side.side]} do not judge rotors: the links or gains are wrong."
-        for each in wrong:
-            yield f"They need a factor of {_format_interval(each)} for {each.term.name}."
+        factors = "; ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
+        judge = " cannot judge the rotors, because they" if has_gears else ""
+        yield (
+            f"The {SIDE_PHRASES[side.side]}{judge} need a factor of {factors}: the links or gains"
+            " are wrong."
+        )
     if identified.is_excited:
         worse = side.find_worse_joints(identified)
         if worse:
             listed = ", ".join(f"{ratio:.2f} at {name}" for name, ratio in worse.items())
             yield f"The file's links are wrong: residual over that of identified links {listed}."
         return
-    listed = "; ".join(format_estimate(each) for each in side.rotors)
-    yield f"Estimates with these factors: {listed}."
+    if has_gears:
+        listed = "; ".join(format_estimate(each) for each in side.rotors)
+        yield f"Estimates with these factors: {listed}."
 
 
 def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
