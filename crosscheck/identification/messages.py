@@ -217,8 +217,8 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
 
 
 def _has_gears(mechanism: ComparedMechanism) -> bool:
-    """Whether levels differ in what they make of rotors."""
-    return len(mechanism.levels) > 1
+    """Whether there may be gears: an arm's file states all of them, a robot's may lack some."""
+    return mechanism.noun != "arm" or len(mechanism.levels) > 1
 
 
 def _describe_side(side: SideResult, has_gears: bool = True) -> Iterator[str]:
@@ -353,12 +353,14 @@ def _describe_scaled(
     """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
-        factors = "; ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
-        judge = " cannot judge the rotors, because they" if has_gears else ""
+        where, why = SIDE_PHRASES[side.side], "the links or gains are wrong"
         yield (
-            f"The {SIDE_PHRASES[side.side]}{judge} need a factor of {factors}: the links or gains"
-            " are wrong."
+            f"The {where} cannot judge the rotors, because {why}."
+            if has_gears
+            else f"By the {where} {why}."
         )
+        for each in wrong:
+            yield f"They need a factor of {_format_interval(each)} for {each.term.name}."
     if identified.is_excited:
         worse = side.find_worse_joints(identified)
         if worse:
