@@ -259,8 +259,12 @@ class RecordComparison:
 
     @property
     def is_clear(self) -> bool:
-        """Whether a level that fits leaves no more than any links, and its runs follow."""
-        return not self.leaves_at_once and all(each.best.is_clear for each in self.judgements)
+        """Whether levels with the files' numbers that fit leave no more than any links, as do runs.
+
+        Runs do not have the uncertainty of a number that is estimated.
+        """
+        right = [each for each in self.judgements if each.explained]
+        return all(each.best.is_clear and not self.leaves_at_once for each in right)
 
     @property
     def leaves_at_once(self) -> bool:
@@ -268,9 +272,8 @@ class RecordComparison:
         if not self.windows:
             return False
         shares = [each.stays_s / (each.time[-1] - each.time[0]) for each in self.windows]
-        return (
-            float(np.median(shares)) < SOON and np.mean([e.within for e in self.windows]) < INSIDE
-        )
+        inside = np.mean([each.within for each in self.windows])
+        return bool(np.median(shares) < SOON and inside < INSIDE)
 
     @property
     def is_decided(self) -> bool:

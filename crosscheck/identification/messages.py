@@ -63,7 +63,8 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
 
 def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
     """That a level fits by its residuals alone, why that says nothing, and a better motion."""
-    noun, most = comparison.mechanism.noun, max(_find_most(e.best) for e in comparison.judgements)
+    noun, judgements = comparison.mechanism.noun, comparison.judgements
+    most = max(_find_most(each.best) for each in judgements if each.explained)
     reason = f"its residual is {format_number(most)} times that of freely fitted links"
     if comparison.leaves_at_once:
         reason += ", and simulated runs leave the record at once"
