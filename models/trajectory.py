@@ -21,7 +21,7 @@ _ABOUT = {
     "theta": ("rad", "joint angle, relative to the previous link"),
     "theta_dot": ("rad s-1", "joint rate"),
     "theta_ddot": ("rad s-2", "joint acceleration"),
-    "torque": ("N m", "driving torque, output side"),
+    "torque": ("N m", "driving torque at the joint"),
     "x_sp": ("m", "displacement of the sun-planet mesh along the line of action"),
     "x_pr": ("m", "displacement of the planet-ring mesh along the line of action"),
     "x_sp_dot": ("m s-1", "rate of x_sp"),

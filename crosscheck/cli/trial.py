@@ -245,7 +245,8 @@ def ask(options: TrialOptions) -> None:
     else:
         states = collect_state_request(table)
         state_sets = [states, *collect_inverse_requests(table, states)]
-        files = render_request_files(table, state_sets, options.format_shared_options())
+        shared = options.format_shared_options()
+        files = render_request_files(table, state_sets, shared, options.out)
     _write_new(options.out, files)
     count = format_count(sum(each.count for each in state_sets), "state")
     readme = make_printable(str(options.out / "README.md"))
@@ -286,4 +287,6 @@ def _require_compatible(options: TrialOptions) -> None:
         names = " ".join(options.names)
         raise InputError(table, "", names, "takes the place of MODEL; name the ARM alone")
     if not table and not options.names:
-        raise InputError("trial", "MODEL", None, "is missing; or use --ask and --answers")
+        raise InputError(
+            "trial", "MODEL", None, "missing: name your equations, or use --ask and --answers"
+        )

@@ -60,13 +60,17 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
     limit = format_percent(NEGLIGIBLE)
     yield from _describe_identity(costs.robot)
     if costs.factor == 0:
-        yield f"At any ratio this coupling stays below {limit}, if the reflected inertia is kept."
+        yield (
+            f"At any ratio the peak of this coupling stays below {limit}, with the same reflected"
+            " inertias."
+        )
     else:
         largest = max(each.share for each in costs.by_joint if each.level == "armature")
-        verb = "would still be" if largest < NEGLIGIBLE else "would be"
+        verb = "stay" if largest < NEGLIGIBLE else "fall"
         yield (
-            f"This coupling {verb} below {limit} of every joint's largest torque with all ratios"
-            f" {format_number(costs.factor)} times as large, if the reflected inertias are kept."
+            f"The peak of this coupling ({format_percent(largest)}) would {verb} below {limit} of"
+            f" every joint's largest torque if all ratios were {format_number(costs.factor)} times"
+            " as large, with the same reflected inertias."
         )
     if costs.geared:
         yield from _describe_meshes(costs.geared)

@@ -93,6 +93,7 @@ NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
 # Condition number of scaled columns beyond which estimates depend on terms that the motion hardly
 # shows (Gautier and Khalil, 1992, require 100).
 EXCITED = 1000.0
+SOON, INSIDE = 0.05, 0.5  # share of a run's time, and of its rows within 2 standard uncertainties
 CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, to be named
 
 
@@ -243,13 +244,36 @@ class RecordComparison:
     @property
     def is_explained(self) -> bool:
         """Whether the files' numbers explain all torques, friction aside."""
-        explained = [each.explained for each in self.judgements]
-        return self.tilt is None and bool(explained) and all(explained)
+        explained = all(each.explained for each in self.judgements)
+        return self.tilt is None and self.has_explanation and explained
 
     @property
     def has_explanation(self) -> bool:
         """Whether the files explain all torques, or do if single numbers are changed."""
+        return self.is_fitting and self.is_clear
+
+    @property
+    def is_fitting(self) -> bool:
+        """Whether a level fits all torques by its residuals, perhaps with a number changed."""
         return bool(self.judgements) and all(each.explanations for each in self.judgements)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether levels with the files' numbers that fit leave no more than any links, as do runs.
+
+        Runs do not have the uncertainty of a number that is estimated.
+        """
+        right = [each for each in self.judgements if each.explained]
+        return all(each.best.is_clear and not self.leaves_at_once for each in right)
+
+    @property
+    def leaves_at_once(self) -> bool:
+        """Whether runs are outside their uncertainty soon, and stay there."""
+        if not self.windows:
+            return False
+        shares = [each.stays_s / (each.time[-1] - each.time[0]) for each in self.windows]
+        inside = np.mean([each.within for each in self.windows])
+        return bool(np.median(shares) < SOON and inside < INSIDE)
 
     @property
     def is_decided(self) -> bool:

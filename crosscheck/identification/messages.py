@@ -49,6 +49,8 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
     sentences: list[str] = []
     if comparison.tilt is not None:
         sentences += [comparison.tilt.describe(), "What follows holds with that gravity."]
+    if comparison.is_fitting and not comparison.is_clear:
+        return [*sentences, *_describe_doubt(comparison)]
     judged = [(side, side.judgement) for side in comparison.sides if side.judgement is not None]
     for side, judgement in judged:
         sentences += _describe_judgement(comparison.mechanism, side, judgement)
@@ -57,6 +59,23 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
             sentences += _describe_delay(side)
         return [*sentences, *_describe_runs(comparison)]
     return [*_suspect_units(comparison), *sentences, *_describe_terms(comparison)]
+
+
+def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
+    """That a level fits by its residuals alone, why that says nothing, and a better motion."""
+    noun, judgements = comparison.mechanism.noun, comparison.judgements
+    most = max(_find_most(each.best) for each in judgements if each.explained)
+    reason = f"its residual is {format_number(most)} times that of freely fitted links"
+    if comparison.leaves_at_once:
+        reason += ", and simulated runs leave the record at once"
+    yield (
+        f"The recording cannot tell whether the {noun} is right: {reason}. It is too short or too"
+        " noisy, or the units of time, angles or torques are wrong."
+    )
+    yield from _describe_runs(comparison)
+    for side in comparison.judged_sides:
+        if not side.is_excited:
+            yield from _describe_side(side, _has_gears(comparison.mechanism))
 
 
 def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
@@ -99,7 +118,8 @@ def _describe_judgement(
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
-        yield f"{none}. The residual of the nearest, {name(least.level)}, is {left}."
+        nearest = f" of the nearest, {name(least.level)}," if judgement.levels[1:] else ""
+        yield f"With the file's numbers the residual{nearest} is {left}."
     else:
         yield f"{none}, and no single number explains the rest."
         yield f"The residual of the nearest, {name(least.level)}, is {left}."
@@ -114,8 +134,8 @@ def _describe_judgement(
         if change.mechanism is None and change.parameter and change.estimate:
             value = _format_change(change.estimate)
             yield (
-                f"At level {change.level} {change.parameter.phrase} would have to be {value}, which"
-                " is impossible."
+                f"For {name(change.level)} {change.parameter.phrase} would have to be {value},"
+                " which is impossible."
             )
 
 
@@ -149,7 +169,11 @@ def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
 
 def _format_most(restriction: Restriction) -> str:
     """The residual of a restriction over that of any links, at the joint where it is largest."""
-    return format_number(float(restriction.ratios.max()))
+    return format_number(_find_most(restriction))
+
+
+def _find_most(restriction: Restriction) -> float:
+    return float(restriction.ratios.max())
 
 
 def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
@@ -172,11 +196,12 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
 
 def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
     """The terms that the torques need beside any links."""
+    has_gears = _has_gears(comparison.mechanism)
     for place, side in enumerate(comparison.sides):
         if side.links == "scaled":  # after the same side with identified links
-            yield from _describe_scaled(side, comparison.sides[place - 1])
+            yield from _describe_scaled(side, comparison.sides[place - 1], has_gears)
         else:
-            yield from _describe_side(side)
+            yield from _describe_side(side, has_gears)
             pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
             if pairs:
                 yield f"This motion cannot distinguish {pairs}."
@@ -188,18 +213,27 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
             " torques. State how well the file's links are known ([prior] links), or record the"
             " motion again with a known payload (payload of recordings)."
         )
-    yield from _describe_levels(comparison)
+    if has_gears:
+        yield from _describe_levels(comparison)
 
 
-def _describe_side(side: SideResult) -> Iterator[str]:
-    """The rotors that the torques of one side need, and those that they do not show."""
+def _has_gears(mechanism: ComparedMechanism) -> bool:
+    """Whether there may be gears: an arm's file states all of them, a robot's may lack some."""
+    return mechanism.noun != "arm" or len(mechanism.levels) > 1
+
+
+def _describe_side(side: SideResult, has_gears: bool = True) -> Iterator[str]:
+    """The rotors that the torques of one side need, and those that they do not show.
+
+    has_gears: of one without, rotors are none that a level leaves out.
+    """
     where = SIDE_PHRASES[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
         condition, allowed = format_distinct([side.condition, EXCITED], digits=4)
+        what = f"The {where} cannot distinguish rotors from links: the" if has_gears else "The"
         yield (
-            f"The {where} cannot distinguish rotors from links: the motion hardly shows"
-            f" {names} (condition number {condition}, at most {allowed})."
+            f"{what} motion hardly shows {names} (condition number {condition}, at most {allowed})."
         )
         if side.excitation is not None:
             yield _describe_excitation(side.excitation)
@@ -314,11 +348,18 @@ def _describe_excitation(excitation: Excitation) -> str:
     return f"{head} {tail}: record that one (--out FOLDER writes it as {EXCITATION_FILE})."
 
 
-def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
+def _describe_scaled(
+    side: SideResult, identified: SideResult, has_gears: bool = True
+) -> Iterator[str]:
     """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
-        yield f"The {SIDE_PHRASES[side.side]} do not judge rotors: the links or gains are wrong."
+        where, why = SIDE_PHRASES[side.side], "the links or gains are wrong"
+        yield (
+            f"The {where} cannot judge the rotors, because {why}."
+            if has_gears
+            else f"By the {where} {why}."
+        )
         for each in wrong:
             yield f"They need a factor of {_format_interval(each)} for {each.term.name}."
     if identified.is_excited:
@@ -327,8 +368,9 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
             listed = ", ".join(f"{ratio:.2f} at {name}" for name, ratio in worse.items())
             yield f"The file's links are wrong: residual over that of identified links {listed}."
         return
-    listed = "; ".join(format_estimate(each) for each in side.rotors)
-    yield f"Estimates with these factors: {listed}."
+    if has_gears:
+        listed = "; ".join(format_estimate(each) for each in side.rotors)
+        yield f"Estimates with these factors: {listed}."
 
 
 def _describe_levels(comparison: RecordComparison) -> Iterator[str]:

@@ -41,7 +41,9 @@ from crosscheck.registry import build_robot_model, reference_engine
 SIGNIFICANT = 1e-4
 PLAUSIBLE = 0.01  # the same of a number's change, which is the best of many
 LEFT_MORE = 1.1  # ratio of residuals at a joint below which the links are not wrong
+CLEAR = 2.0  # ratio of residuals up to which they are alike
 LIKELIHOOD_RATIO = 100.0  # likelihood ratio from which on one of two is named alone
+POSITIONS = 20  # of a record, at which inertias are computed
 MOST_NUMBERS = 8  # numbers of a level with the least residual, fitted with intervals
 PASSES, SETTLED = 5, 0.01  # of standard errors: a last step of a number
 NO_COLUMN = 1e-6  # share of the largest column of the same unit: less is rounding
@@ -76,6 +78,11 @@ class Restriction:
     def is_fitting(self) -> bool:
         """Whether it fits no worse than any links do."""
         return self.chance >= (SIGNIFICANT if self.parameter is None else PLAUSIBLE)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether any links leave as much, so that it fits not for want of quiet rows alone."""
+        return bool(self.ratios.max() <= CLEAR)
 
     @property
     def friction(self) -> tuple[TermEstimate, ...]:
@@ -194,6 +201,7 @@ class FileFits:
         self._torques: dict[tuple[str, int], tuple[RigidLevel, np.ndarray]] = {}
         self._torque = samples.torque[:, measured]
         self._least = ROUNDED * np.sqrt((self._torque**2).mean(axis=0))
+        self._noise: dict[str, np.ndarray] = {}
         robot = remove_friction(mechanism.robot)
         self._body_names = LinkRegressor(robot).names
 
@@ -289,16 +297,32 @@ class FileFits:
         estimates = [TermEstimate(*each) for each in zip(terms, *numbers, strict=True)]
         most = np.maximum(full.sigma, self._least)
         ratios = np.maximum(fit.sigma, self._least) / most
+        # Any links may be too small, so that they leave less than the noise of the accelerations.
+        noise = np.maximum(most, self._compute_noise(level))
+        beyond = np.maximum(fit.sigma, noise) / noise
         independent = full.taken + full.left
         return Restriction(
             level=level.name,
             parameter=parameter,
             estimates=tuple(estimates),
             ratios=ratios,
-            chance=compute_chance(ratios, full.taken - fit.taken, full.left),
-            surprise=float(independent @ np.log(ratios**2)),
+            chance=compute_chance(beyond, full.taken - fit.taken, full.left),
+            surprise=float(independent @ np.log(beyond**2)),
             mechanism=_apply(self._mechanism, parameter, estimates),
         )
+
+    def _compute_noise(self, level: RigidLevel) -> np.ndarray:
+        """Torques (measured,) that the noise of positions makes by a level's inertias, rms."""
+        noise = self._samples.acceleration_noise
+        if noise is None:
+            return np.zeros(self._torque.shape[1])
+        if level.name not in self._noise:
+            model = build_robot_model(reference_engine(), remove_friction(level.robot), level.level)
+            chosen = np.linspace(0, len(self._samples.q) - 1, POSITIONS).round().astype(int)
+            inertias = model.mass_matrix(self._samples.q[chosen])
+            power = (inertias**2 @ noise**2).mean(axis=0)
+            self._noise[level.name] = np.sqrt(power)[self._measured]
+        return self._noise[level.name]
 
     def _compute_torques(self, level: RigidLevel) -> np.ndarray:
         """Torques (rows, measured) of a level in the band, without friction."""

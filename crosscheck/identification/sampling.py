@@ -36,6 +36,8 @@ PADDED = 20.0
 ROWS = 4.0  # rows in the shortest period of the band
 DENSE = 4  # rows of motion from a row to the next: twice in the torques' own shortest period
 REACH = 1.0  # shortest periods before and behind a row that count in it
+SOFT = 1.25  # bands of motions of which their filter leaves something
+FINE, WEIGHED = 400, 10  # frequencies of the band of motions, and rows, that say how much it leaves
 # Shortest periods of the motion's band that each end loses: what follows after them is missing.
 EDGE = 4.0
 # Below this share of its fastest rate a joint stands: friction may then hold any torque.
@@ -93,7 +95,8 @@ class BandSample:
     n): of joints' rates; shared_direction (rows, shared): of motors that several joints turn;
     torque (rows, n), and torque_rate, its slope in time; starts: the first row of each recording,
     then the count of rows; step [s]: between rows; dense: denser rows of the wider band of motions,
-    and weights (rows, dense rows) that make a row of these, None where nothing was filtered.
+    and weights (rows, dense rows) that make a row of these, None where nothing was filtered;
+    acceleration_noise (n,): standard deviations that white noise of positions leaves in the band.
     """
 
     bandwidth: float
@@ -109,6 +112,7 @@ class BandSample:
     step: float
     dense: BandSample | None = None
     weights: csr_array | None = None
+    acceleration_noise: np.ndarray | None = None
 
     @property
     def states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -171,10 +175,9 @@ def sample(recordings: Sequence[EvenSignals], shared: np.ndarray, bandwidth: flo
     every = max(round(1 / (ROWS * bandwidth * spacing)), ceil(seconds / (MOST_ROWS * spacing)))
     motions = [_filter_motion(each, shared, wide * bandwidth, spacing) for each in recordings]
     fastest = np.max([np.abs(each.rates).max(axis=0) for each in motions], axis=0)
-    parts, weights, starts = [], [], [0]
+    parts, weights, starts, joints = [], [], [0], recordings[0].position.shape[1]
     for each, given in zip(motions, recordings, strict=True):
-        count = each.q.shape[1]
-        v = each.rates[each.rows, :count]
+        v = each.rates[each.rows, :joints]
         torques = _filter_torques(each, given, shared, fastest, wide * bandwidth)
         parts.append((each.q, v, each.a, *torques))
         weights.append(_weigh_rows(bandwidth * each.step * each.rows, every))
@@ -185,7 +188,7 @@ def sample(recordings: Sequence[EvenSignals], shared: np.ndarray, bandwidth: flo
     )
     together = csr_array(block_diag(weights))
     rows = {name: together @ value for name, value in dense.items()}
-    slow = SLOW * fastest[: rows["v"].shape[1]]
+    slow = SLOW * fastest[:joints]
 
     def gather(signals: dict[str, Any], band: float, step: float) -> BandSample:
         moving = np.abs(signals["v"]) > slow
@@ -196,7 +199,30 @@ def sample(recordings: Sequence[EvenSignals], shared: np.ndarray, bandwidth: flo
         starts=tuple(starts),
         dense=gather(dense, wide * bandwidth, spacing),
         weights=together,
+        acceleration_noise=_measure_acceleration_noise(motions, weights, wide * bandwidth)[:joints],
     )
+
+
+def _measure_acceleration_noise(
+    motions: Sequence[_FilteredMotion], weights: Sequence[csr_array], band: float
+) -> np.ndarray:
+    """What the noise of rates (joints and shared,) in the band of motions is of filtered ones.
+
+    Each derivative takes white noise times its frequency. Of some rows, since dense ones are not
+    quite even, with weights (rows, times) of each motion's.
+    """
+    frequencies, power = np.linspace(0.0, SOFT * band, FINE), []
+    let_pass = 1 / (1 + (frequencies / band) ** (2 * ORDER))
+    for motion, table in zip(motions, weights, strict=True):
+        times, passed = motion.step * motion.rows, []
+        for row in np.linspace(0, table.shape[0] - 1, WEIGHED).astype(int):
+            weighed = slice(table.indptr[row], table.indptr[row + 1])
+            turned = np.exp(2j * np.pi * np.outer(frequencies, times[table.indices[weighed]]))
+            passed.append(np.abs(turned @ table.data[weighed]) ** 2)
+        left = SOFT * np.mean(frequencies**4 * let_pass**2 * np.mean(passed, axis=0))
+        power.append(3 * (2 * np.pi / band) ** 2 * left * motion.rate_noise**2)
+    noise: np.ndarray = np.sqrt(np.mean(power, axis=0))
+    return noise
 
 
 def _weigh_rows(times: np.ndarray, every: int) -> csr_array:

@@ -135,7 +135,9 @@ def read_record(
         by_kind = {"t": time, **tables}
         missing = [kind for kind in NOUNS if by_kind[kind] is None]
         names = (file.allowed_names(kind, None if kind == "t" else 1)[0] for kind in missing)
-        reason = f"has no {' and no '.join(NOUNS[kind] for kind in missing)}; columns must be"
+        nouns = [NOUNS[kind] for kind in missing]
+        listed = " or ".join(filter(None, [", ".join(nouns[:-1]), nouns[-1]]))
+        reason = f"has no {listed}; columns must be"
         reason += f" {', '.join(names)}, ..., or a TOML file names them"
         raise InputError(where, "", None, reason + file.suggest_names())
     require_even_enough(where, time)

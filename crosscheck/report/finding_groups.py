@@ -120,7 +120,7 @@ def make_row(finding: Finding) -> FindingRow:
         measured=f"{format_number(finding.measured)} {unit}".strip(),
         tolerance=format_number(finding.tolerance),
         share=format_share(share) if 0 <= share < math.inf else "",
-        reason=" ".join(filter(None, (finding.basis, finding.note))),
+        reason="; ".join(filter(None, (finding.basis, finding.note))),
     )
 
 

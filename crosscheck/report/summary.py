@@ -32,7 +32,7 @@ class CheckResult(Agreement):
     def _repr_html_(self) -> str:
         """The same with the heat map of the mass matrix, for a notebook."""
         maps = make_entry_maps(self.entries)
-        return render_page("summary", lines=summarize_agreement(self), maps=maps)
+        return render_page("summary", lines=summarize_agreement(self), changes=(), maps=maps)
 
     def write_report(self, folder: Path | str) -> None:
         """Write index.html and agreement.json, as `crosscheck run` does. Raises InputError."""

@@ -19,7 +19,9 @@ from crosscheck.identification.forward import run_windows
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, SpatialRobot
 from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
-from crosscheck.identification.restrictions import compute_chance
+from crosscheck.identification.restrictions import FileFits, compute_chance
+from crosscheck.identification.sampling import sample, space_signals
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -131,6 +133,39 @@ def test_an_arm_without_gears_has_one_level_and_one_answer():
     lines = [*describe_comparison(changed), *describe_answers(comparison)]
     assert not any(name in line for line in lines for name in ("(carriers)", "(coupled)"))
     assert "Eq. 1" not in comparison_page(changed)
+
+
+@pytest.fixture(scope="module")
+def short() -> tuple[Arm, Record]:
+    """A plain arm and a record of 0.3 s."""
+    arm = make_plain_arm("plain", 2)
+    return arm, record_of(level(arm, "links"), rows=300)
+
+
+def test_a_short_record_does_not_decide(short, snapshot):
+    """Any links are small where accelerations are noise, and leave far less."""
+    comparison = compared(short[1], short[0])
+    assert comparison.is_fitting
+    assert not comparison.has_explanation
+    assert not comparison.is_decided
+    assert describe_answers(comparison)[:2] == snapshot
+    away = [replace(each, error=1.0 + each.error) for each in comparison.windows]
+    assert describe_answers(replace(comparison, windows=tuple(away)))[:2] == snapshot
+
+
+def test_a_right_file_fits_a_short_record_by_the_noise_of_accelerations(short, monkeypatch):
+    arm, record = short
+    assert judged(record, arm).explained
+    monkeypatch.setattr(FileFits, "_compute_noise", lambda *given: np.zeros(2))
+    assert not judged(record, arm).explained
+
+
+def test_the_noise_of_accelerations_is_what_is_left_of_positions():
+    """Of a joint that stands: 1e-4 rad, filtered twice."""
+    noise = 1e-4 * np.random.default_rng(0).normal(size=(8000, 1))
+    record = Record("made", 1e-3 * np.arange(8000), noise)
+    rows = sample([space_signals(record, noise)], np.zeros((0, 1)), 20.0)
+    assert rows.a.std(axis=0) == pytest.approx(rows.acceleration_noise, rel=0.1)
 
 
 def test_where_a_joint_stands_friction_may_hold_any_torque(labelled):

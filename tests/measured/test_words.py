@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
@@ -126,6 +127,15 @@ def test_links_of_the_file_say_how_far_off_they_are(excited: bool, snapshot: Sna
     scaled.find_worse_joints = lambda identified: {"j2": 1.2345, "j3": 2.0}
     lines = messages._describe_scaled(scaled, side(is_excited=excited))
     assert "\n".join(lines) == snapshot
+    bare = messages._describe_scaled(scaled, side(is_excited=excited), has_gears=False)
+    assert not [line for line in bare if "rotor" in line or "armature" in line]
+
+
+def test_an_arm_without_gears_has_no_rotors_to_distinguish():
+    lines = [*messages._describe_side(SIDES["a motion that shows little"], has_gears=False)]
+    assert lines[0].startswith("The motion hardly shows a, b, c, ")
+    assert not messages._has_gears(PlanarArm(make_plain_arm("plain", 2)))
+    assert messages._has_gears(LABELLED)
 
 
 @pytest.mark.parametrize(("factor", "is_suspect"), [(0.09, True), (-1.0, False), (11.0, True)])

@@ -10,6 +10,7 @@ import pytest
 from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
+from crosscheck.cli.files.template import make_plain_arm, template
 from crosscheck.cost.output import _tabulate_agreement, cost_page, describe_result
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
@@ -123,6 +124,12 @@ def test_a_robot_without_rotors_is_refused_at_once_and_options_state_them(crossc
     for number in (0, "nan"):
         assert ": --ratio = " in crosscheck("cost", tmp_path / "r.urdf", "--ratio", number).err
     assert "add --rotor-inertia 1e-4\n" in crosscheck("cost", tmp_path / "r.urdf", "--ratio", 9).err
+
+
+def test_numbers_that_an_arm_lacks_belong_in_its_own_file(tmp_path):
+    (tmp_path / "plain.toml").write_text(template(make_plain_arm("plain", 2)), encoding="utf-8")
+    with pytest.raises(InputError, match="they belong in the arm's file; for a first answer add"):
+        load_as_robot(str(tmp_path / "plain.toml"))
 
 
 def test_engines_that_differ_are_reported_and_fail_the_command(monkeypatch, crosscheck):

@@ -13,6 +13,8 @@ from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import Friction, read_friction
+from crosscheck.trial.robots.explain import _linear_notes
+from crosscheck.trial.robots.rates import BiasTerms
 from tests.robots import two_link
 
 TWO = two_link.robot()
@@ -145,3 +147,12 @@ def test_friction_has_a_number_for_each_coordinate():
 def test_switches_of_meshes_are_refused_of_a_robot():
     with pytest.raises(InputError, match="switches: is for arms"):
         assert_agrees(two_link.right(), TWO, switches=switches())
+
+
+def test_a_part_linear_in_rates_is_friction_where_its_factor_is_a_number():
+    for factors, is_friction in ((np.full(5, 2.0), True), (np.linspace(1.0, 2.0, 5), False)):
+        linear, products = np.zeros((5, 2, 2)), np.zeros((5, 2, 2, 2))
+        linear[:, 0, 0] = factors
+        terms = BiasTerms(np.zeros((5, 2)), linear, products)
+        (note,) = _linear_notes(terms, np.ones((5, 2)), ["j1", "j2"], ())
+        assert ("friction?" in note) is is_friction

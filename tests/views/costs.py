@@ -47,6 +47,8 @@ def list_facts(costs: ShortcutCosts) -> Iterator[Fact]:
             yield from _list_distances(tip.distances, CUES[tip.level])
             shares = [each.share for each in costs.by_joint if each.level == tip.level]
             yield Fact(max(shares), "worst share", (CUES[tip.level],))
+            if tip.level == "armature":
+                yield Fact(max(shares), "peak of coupling")
     for pair in costs.pairs:
         yield Fact(pair.rms, "rms", (pair.at, pair.by), units[pair.at])
         yield Fact(pair.share, "share", (pair.at, pair.by))
@@ -103,8 +105,9 @@ PHRASES = {
     "median of {} runs, {} at most": "runs, at most",
     "to {} digits": "digits",
     "on {} quantities, {} levels and {} states": "quantities, levels, states",
-    "[(]{}[)]": "share of a pair",
-    "with all ratios {} times": "factor",
+    "peak of this coupling [(]{}[)]": "peak of coupling",
+    "by \\w+ [(]{}[)]": "share of a pair",
+    "all ratios were {} times": "factor",
     "backlash of {}": "backlash",
     "wind-up of {}": "windup",
     "swings at {}": "slowest",

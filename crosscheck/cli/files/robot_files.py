@@ -20,7 +20,11 @@ from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber, read_gears
 from crosscheck.output import require_file, write_files
 
-STATE_ROTORS = "; `crosscheck init` writes a robot file for them; for a first answer add"
+STATE_ROTORS = "; {}; for a first answer add"
+STATED_IN = {
+    "robot": "`crosscheck init` writes a robot file for them",
+    "arm": "they belong in the arm's file",
+}
 EXAMPLES = {"--ratio": "101", "--rotor-inertia": "1e-4"}
 FRICTIONLESS = "friction of joints left out, which is the same at each level"
 
@@ -72,7 +76,8 @@ def load_as_robot(
         enough = "each has a rotor" if robot.motors else "no motor drives any"
         options = zip(EXAMPLES.items(), numbers, strict=True)
         missing = [f"{option} {value}" for (option, value), given in options if given is None]
-        allowed = f"{'; '.join(lacks)}{STATE_ROTORS} {' '.join(missing)}" if lacks else enough
+        state = STATE_ROTORS.format(STATED_IN[mechanism.section])
+        allowed = f"{'; '.join(lacks)}{state} {' '.join(missing)}" if lacks else enough
         raise InputError(name, "", None, allowed)
     if not robot.friction.any():
         return robot

@@ -13,7 +13,7 @@ from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.judge.entries import EntryMismatch
-from crosscheck.trial.result import Trial
+from crosscheck.trial.result import PartDeviation, Trial
 
 SCHEMA_VERSION = 4
 NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
@@ -65,7 +65,9 @@ def format_trial_junit(trial: Trial) -> str:
 def render_summary(trial: Trial) -> str:
     """HTML for notebooks: the lines of the terminal, and a heat map of each part."""
     lines = [make_printable(line) for line in trial.lines]
-    return render_page("summary", lines=lines, maps=list(make_trial_maps(trial)))
+    changes = [make_printable(line) for line in trial.change.sentences] if trial.change else []
+    maps = list(make_trial_maps(trial))
+    return render_page("summary", lines=lines, changes=changes, maps=maps)
 
 
 def render_trial_page(trial: Trial) -> str:
@@ -84,13 +86,19 @@ def render_trial_page(trial: Trial) -> str:
 
 
 def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
-    """A heat map of each part; of a bias by rates one for each row that deviates."""
+    """A heat map of each part; of a bias by rates one for each row that deviates, if any does."""
     names = trial.problem.names
     for part in trial.parts:
-        if part.relative.ndim < 3:
-            yield make_heat_map(part.title, names, part.relative, part.allowed)
-            continue
-        for name, relative in zip(names, part.relative, strict=True):
-            if not (relative <= part.allowed).all():
-                title = f"{part.title} of {name}, by rates"
-                yield make_heat_map(title, names, relative, part.allowed)
+        by_rates = part.relative.ndim == 3
+        if by_rates and not (part.relative <= part.allowed).all():
+            yield from _make_rate_maps(part, names)
+        else:
+            relative = part.relative.max(axis=(1, 2)) if by_rates else part.relative
+            yield make_heat_map(part.title, names, relative, part.allowed)
+
+
+def _make_rate_maps(part: PartDeviation, names: Sequence[str]) -> Iterator[HeatMap]:
+    for name, relative in zip(names, part.relative, strict=True):
+        if not (relative <= part.allowed).all():
+            title = f"{part.title} of {name}, by rates"
+            yield make_heat_map(title, names, relative, part.allowed)

@@ -71,12 +71,11 @@ def describe_unfollowed(
         verb = "does" if len(parts) == 1 else "do"
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         is_wrong = not wrong_parts.isdisjoint(parts)
-        it = "is it" if len(literal) == 1 else "are they"
-        value = f", with th{'is value' if len(literal) == 1 else 'ese values'}" if is_wrong else ""
+        it, missing = "is it" if len(literal) == 1 else "are they", "missing or " * is_wrong
         which = join_words(["M" if part == "mass_matrix" else part for part in parts])
         sentences.append(
             f"Your {which} {verb} not change with the file's {listed_numbers}:"
-            f" {it} hard-coded{value}?"
+            f" {it} {missing}hard-coded?"
         )
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)

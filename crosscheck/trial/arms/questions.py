@@ -434,7 +434,7 @@ def ask_functions(
 
     Raises InputError for an answer that cannot be used, and where all parts raise the same.
     """
-    parts = _given_parts(problem)
+    parts = list_given_parts(problem)
     tasks = {part: problem.ask_equations(PART_OF.get(part, part)) for part in parts}
     results = run_tasks(workers, list(dict.fromkeys(tasks.values())), progress)
     failed_parts = dict[str, Failure]()
@@ -466,7 +466,7 @@ def skip_dependent_tasks(
     problem: VerificationProblem, tasks: Iterable[ModelTask], failed_parts: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
     """The tasks that would call a function that does not come back, each with the reason."""
-    given = _given_parts(problem)
+    given = list_given_parts(problem)
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "gravity", "force")
@@ -492,6 +492,6 @@ def skip_dependent_tasks(
     return skipped_tasks
 
 
-def _given_parts(problem: VerificationProblem) -> list[str]:
+def list_given_parts(problem: VerificationProblem) -> list[str]:
     """The parts that are functions of the user's own."""
     return sorted(bind_equations(problem.equations, problem.case.arm, problem.frame).given)

@@ -404,7 +404,7 @@ def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
         yield missing if cause.missing else f"in {place} alone, as with {cause.words}"
     if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
         also = "would also be explained" if usual else "would be explained"
-        yield f"{where} {also}, in it alone, by {list_equals(others)}"
+        yield f"{where} alone {also} by {list_equals(others)}"
 
 
 def list_equals(causes: Sequence[str]) -> str:

@@ -330,16 +330,18 @@ def _linear_notes(
     terms: BiasTerms, size: np.ndarray, names: Sequence[str], explained: Collection[int]
 ) -> Iterator[str]:
     """The sentence on a part of the bias that is linear in the rates, in rows not yet explained."""
-    linear_terms = []
+    linear_terms, is_constant = [], True
     for row, column in np.ndindex(terms.linear.shape[1:]):
         values = terms.linear[:, row, column]
         if row not in explained and np.abs(values).max() > TOLERANCE * size[:, row].max():
             constant = np.ptp(values) <= ALIKE * np.abs(values).max()
             factor = f"{values.mean():.6g} " if constant else ""
+            is_constant &= constant
             linear_terms.append(f"{factor}{names[column]}' in bias[{names[row]}]")
     if linear_terms:
         listed = list_first(linear_terms)
-        yield f"bias has a part linear in v, {listed}: friction? State it as viscous_friction."
+        friction = ": friction? State it as viscous_friction." if is_constant else ""
+        yield f"bias has a part linear in v, {listed}{friction}"
 
 
 def _describe_products(

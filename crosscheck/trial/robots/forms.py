@@ -78,8 +78,8 @@ def describe_accelerations(
             total = np.sum([there[name] for name in names], axis=0)
             share = float(total @ wrong / (total @ total)) if total.any() else 0.0
             if np.abs(wrong - share * total).max() <= ALIKE * np.abs(wrong).max():
-                makes = f"what {' and '.join(names)} make{'s' * (len(names) == 1)}"
-                yield f"acceleration[{problem.names[row]}], {makes}: {format_factor(1 + share)}"
+                part = f"the part due to {' and '.join(names)}"
+                yield f"acceleration[{problem.names[row]}], {part}: {format_factor(1 + share)}"
                 described = True
                 break
     ratios = user_values / right

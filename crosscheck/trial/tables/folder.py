@@ -30,14 +30,19 @@ TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 
 
 def render_request_files(
-    trial: AnsweredTrial, sheets: Sequence[StateRequest], shared_options: str
+    trial: AnsweredTrial, sheets: Sequence[StateRequest], shared_options: str, folder: Path
 ) -> dict[str, str | bytes]:
-    """Files of the folder by name; shared_options: the options that --answers needs too."""
+    """Files of the folder by name; shared_options: the options that --answers needs too.
+
+    folder: where these files will be, as seen from where the options hold.
+    """
     files: dict[str, str | bytes] = {}
     for request in sheets:
         files |= _render_tables(request, "")
-    facts = {"stem": "states", "output": "answers", "probes": (), "files": "--answers answers.csv"}
-    return files | _render_texts(trial, sheets, facts | {"options": shared_options})
+    facts = {"stem": "states", "output": "answers", "probes": (), "options": shared_options}
+    first = shlex.quote(str(folder / "answers.csv"))
+    facts |= {"first": first, "files": f"--answers {first}"}
+    return files | _render_texts(trial, sheets, facts)
 
 
 def render_probe_files(

@@ -256,6 +256,17 @@ def test_each_arm_of_the_second_round_has_templates_of_its_own():
     assert str(files["README.md"]).endswith(f"crosscheck trial {given}")
 
 
+def test_the_commands_of_a_readme_hold_where_ask_ran():
+    table = TableTrial(load_arm("paper-labelled"), quick=True)
+    asked = collect_state_request(table)
+    files = render_request_files(table, [asked], "../my.toml", Path("my folder"))
+    assert re.findall("crosscheck trial (.*)", str(files["README.md"]))[-2:] == [
+        "--answers 'my folder/answers.csv' ../my.toml",
+        "--ask ../my.toml --after 'my folder/answers.csv' --out ask-2",
+    ]
+    assert "write `answers.mat`" in str(files["README.md"])
+
+
 @pytest.mark.parametrize("name", ["paper-labelled", "three-unlike", "direct-between"])
 def test_arm_is_read_back_as_it_was(name, tmp_path):
     file = tmp_path / "arm.toml"
@@ -266,7 +277,7 @@ def test_arm_is_read_back_as_it_was(name, tmp_path):
 def test_both_files_of_states_say_the_same():
     table = TableTrial(load_arm("paper-labelled"), quick=True)
     asked = collect_state_request(table)
-    files = render_request_files(table, [asked], "")
+    files = render_request_files(table, [asked], "", Path())
     text, content = files["states.csv"], files["states.mat"]
     assert isinstance(text, str)
     assert isinstance(content, bytes)

@@ -132,7 +132,7 @@ def said(trial: Trial) -> list[tuple[str, str]]:
 def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Path:
     """What the template writes, once the functions stand in it."""
     asked = collect_state_request(table)
-    for name, content in render_request_files(table, [asked], "").items():
+    for name, content in render_request_files(table, [asked], "", folder).items():
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     (folder / "arm.mat").write_bytes(
         encode_mat_file({"arm": without_none(table.mechanism.model_dump())})
