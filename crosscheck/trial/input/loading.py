@@ -388,13 +388,10 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
             arguments = {MEANT.get(p.name) for p in parameters if p.default is p.empty}
             parts = [f"{part}=..." for part, takes in TAKES.items() if arguments == {*takes}]
             whole = f"Equations({' or '.join(parts) or 'mass_matrix=..., bias=...'})"
-            reason = f"takes {parameter.name}, no {names[0]}; hand it over as {whole}"
-            file = where.partition(":")[0]
-            if file.endswith(".py"):
-                reason = (
-                    f"takes {parameter.name}, no {names[0]}; name {file} alone for all its parts"
-                )
-            raise InputError(where, "", None, reason)
+            file, _, name = where.rpartition(":")
+            is_part = file.endswith(".py") and name in TAKES
+            how = f"name {file} alone for all its parts" if is_part else f"hand it over as {whole}"
+            raise InputError(where, "", None, f"takes {parameter.name}, no {names[0]}; {how}")
         if not free_names or parameter.kind == parameter.KEYWORD_ONLY:
             reason = f"takes {parameter.name}; may take {' and '.join(names)} alone"
             raise InputError(where, "", None, reason)

@@ -250,6 +250,21 @@ def test_another_number_of_the_file_explains_a_table(numbers, tmp_path, snapshot
     assert len({each.cause for each in trial.wrong}) == 1
 
 
+def test_a_bias_that_is_right_at_unit_rates_alone_is_wrong(tmp_path):
+    arm = arm_of(*UNLIKE)
+    right = in_letters(arm)
+
+    def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return right.bias(q, v) + (0.02 * v[1] * (1 - v[1]), 0.0)
+
+    table = TableTrial(arm, quick=True)
+    file = write_csv(tmp_path / "a.csv", sheets_of(table, replace(right, bias=bias), False))
+    trial = judge_table(table, file)
+    assert [each.name for each in trial.wrong] == ["bias[theta_1]"]
+    assert list(trial.relative_errors) == ["mass_matrix", "gravity", "bias"]
+    assert trial.verdict.text.startswith("bias[theta_1] is wrong")
+
+
 def test_a_term_at_another_product_of_rates_is_named(tmp_path):
     arm = arm_of(*UNLIKE)
     right = in_letters(arm)

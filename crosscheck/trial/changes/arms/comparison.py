@@ -111,6 +111,8 @@ class EntryComparison:
         pairs = {part: (v, self.reference_values[part]) for part, v in self.user_values.items()}
         if self._unquadratic_entries and self.whole_bias:
             pairs["bias"] = self.whole_bias
+            if not any(entries.find_wrong_entries("rate_terms", *pairs["rate_terms"], self.sizes)):
+                del pairs["rate_terms"]  # which are right, and say nothing
         return {
             part: entries.deviations(*pair, self.sizes.entry_sizes(part))
             for part, pair in pairs.items()
