@@ -255,7 +255,7 @@ def test_a_bias_that_is_right_at_unit_rates_alone_is_wrong(tmp_path):
     right = in_letters(arm)
 
     def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return right.bias(q, v) + (0.02 * v[1] * (1 - v[1]), 0.0)
+        return np.add(right.bias(q, v), (0.02 * v[1] * (1 - v[1]), 0.0))
 
     table = TableTrial(arm, quick=True)
     file = write_csv(tmp_path / "a.csv", sheets_of(table, replace(right, bias=bias), False))
