@@ -51,10 +51,10 @@ def measure_accumulation(
     """
     exact, backlash = results[series(0.0)], results[series(DEFAULT_B_UM)]
     early, late = (backlash[f"error_{when}"] - exact[f"error_{when}"] for when in (EARLY, LATE))
-    own_early, own_late = (backlash[f"own_{when}"] for when in (EARLY, LATE))
+    rigid_early, rigid_late = (backlash[f"own_{when}"] for when in (EARLY, LATE))
     with np.errstate(all="ignore"):
-        growth, own_growth = np.log([late / early, own_late / own_early]) / APART_S
-    return Accumulation(condition, late, growth, own_growth)
+        growth, rigid_growth = np.log([late / early, rigid_late / rigid_early]) / APART_S
+    return Accumulation(condition, late, growth, rigid_growth)
 
 
 def find_accumulations(settings: ResultsByCondition) -> dict[str, list[Accumulation]]:

@@ -161,8 +161,8 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     if not model.layout.free:
         at = at[_planets_move_alike(run, at, model, PLACE_ROUNDINGS * EPS * reach)]
         if not at.size:
-            apart = "planets that count as one are apart at the start, and ever after"
-            raise InconsistentRun(apart)
+            reason = "planets that count as one are apart at the start, and ever after"
+            raise InconsistentRun(reason)
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
     again = _compute_variables(model, run["time"].values[at], q[at], v[at])
     placed = EPS * reach * largest_stiffness(model.arm) / tolerance

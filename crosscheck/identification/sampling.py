@@ -240,8 +240,8 @@ def _weigh_rows(times: np.ndarray, every: int) -> csr_array:
     counts = last - first
     ends = np.concatenate([[0], np.cumsum(counts)])
     places = np.arange(ends[-1]) + np.repeat(first - ends[:-1], counts)
-    apart = times[places] - np.repeat(centres, counts)
-    values = np.sinc(2 * apart) * (0.54 + 0.46 * np.cos(np.pi * apart / REACH))
+    distances = times[places] - np.repeat(centres, counts)
+    values = np.sinc(2 * distances) * (0.54 + 0.46 * np.cos(np.pi * distances / REACH))
     values /= np.repeat(np.add.reduceat(values, ends[:-1]), counts)
     return csr_array((values, places, ends), shape=(len(centres), len(times)))
 

@@ -113,6 +113,7 @@ class CauseSearch(ValueSearch):
             by = solve_step(linear, square, wrong)
             left = np.linalg.norm(wrong - linear * by - square * by**2)
             value = number.value + by * number.step
+            value *= abs(value) > ROUNDING * number.step  # no mass just below 0
             if not by or left > allowed or not self.is_possible(number, value):
                 continue
             if self._holds(number, value, places):

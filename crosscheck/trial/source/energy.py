@@ -75,10 +75,10 @@ def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
 
 def _state_gravity(symbolic: Symbolic | None) -> Symbolic | None:
     """The expressions with their gravity, which a force holds at rest without torques."""
-    import sympy as sp
-
     if symbolic is None or symbolic.gravity is not None or symbolic.force is None:
         return symbolic
+    import sympy as sp
+
     rest = dict.fromkeys((*symbolic.v, *symbolic.torque), sp.Integer(0))
     return replace(symbolic, gravity=-symbolic.force.xreplace(rest))
 
@@ -264,13 +264,13 @@ def _hold_weights(
     equations: Equations, gravity: Callable[[np.ndarray], np.ndarray]
 ) -> Callable[..., np.ndarray]:
     """The force of equations with other weights in it."""
-    own, symbolic = equations.force, equations.symbolic
-    assert own is not None  # which has the weights
+    force, symbolic = equations.force, equations.symbolic
+    assert force is not None  # which has the weights
     assert symbolic is not None  # as it was made of symbols
 
     def add(t: float, x: np.ndarray, v: np.ndarray, *torque: np.ndarray) -> np.ndarray:
-        at_rest = own(t, x, 0 * v, *(0 * each for each in torque))
-        return np.ravel(own(t, x, v, *torque) - at_rest) - gravity(x)
+        at_rest = force(t, x, 0 * v, *(0 * each for each in torque))
+        return np.ravel(force(t, x, v, *torque) - at_rest) - gravity(x)
 
     if symbolic.torque:
         return lambda t, x, v, torque: add(t, x, v, torque)
