@@ -201,10 +201,7 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
         assert read.precision == 0.0
 
 
-MAPS = {
-    "an unknown key": "link = 'absolute'",
-    "code": "names = ['os.system()', 'b']",
-}
+MAPS = {"an unknown key": "link = 'absolute'", "code": "names = ['os.system()', 'b']"}
 COMMANDS: dict[str, tuple[str, dict[str, str]]] = {
     "a model beside": ("--answers a.csv m.py:model probe", {}),
     "ask and answers": ("--ask --answers a.csv --out ask", {}),

@@ -501,10 +501,7 @@ def test_a_draft_of_a_mapping_takes_states_by_their_order(kind, snapshot: Snapsh
 UNUSABLE = {
     "no description": (zipped({DESCRIPTION: b'<fmiModelDescription fmiVersion="2.0"/>'}), RIGID),
     "no XML": (described_as(**{"</ModelVariables>": ""}), RIGID),
-    "a reference in words": (
-        described_as(**{'valueReference="1"': 'valueReference="one"'}),
-        RIGID,
-    ),
+    "a reference in words": (described_as(**{'valueReference="1"': 'valueReference="one"'}), RIGID),
     "a reference below 0": (described_as(**{'valueReference="1"': 'valueReference="-1"'}), RIGID),
     "a variable that is not there": (described_as(**{'index="8"': 'index="800"'}), RIGID),
     "another version": (described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}), RIGID),
