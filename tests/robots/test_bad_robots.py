@@ -207,17 +207,8 @@ REFUSED: dict[str, tuple[str, dict[str, str]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_a_robot_that_cannot_be_read_is_one_line(
-    crosscheck, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
-):
-    words, files = REFUSED[case]
-    monkeypatch.chdir(tmp_path)
-    for name, text in files.items():
-        (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
-    answer = crosscheck(*words.split())
-    assert_one_line(answer)
-    assert {path.name for path in tmp_path.iterdir()} == set(files)
-    assert answer.err == snapshot
+def test_a_robot_that_cannot_be_read_is_one_line(refuse, case, snapshot: SnapshotAssertion):
+    assert refuse(*REFUSED[case]) == snapshot
 
 
 def test_an_arm_is_no_robot_nor_a_robot_an_arm():
