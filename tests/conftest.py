@@ -75,6 +75,7 @@ def refuse(
     from tests.tool.test_bad_input import assert_one_line
 
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
     def refused(line: str | list[str], files: Mapping[str, str | bytes]) -> str:
         for name, text in files.items():

@@ -195,6 +195,20 @@ REFUSED: dict[str, tuple[str, dict[str, str]]] = {
         )
         for name, own in BASES.items()
     },
+    **{
+        f"{command} of {kind}": (f"{command} other.xml", {"other.xml": text})
+        for kind, text in (("SDF", "<sdf version='1.6'/>"), ("xacro", XACRO.format("<xacro:a/>")))
+        for command in ("validate", "run")
+    },
+    "init of nothing": ("init mine.toml --urdf yours.urdf", {}),
+    "init of joints": ("init mine.toml --urdf mine.urdf --joints 3", {"mine.urdf": GOOD}),
+    "init of what exists": (
+        "init mine.toml --urdf mine.urdf",
+        {"mine.urdf": GOOD, "mine.toml": ""},
+    ),
+    "export of teeth": ("export probe --out a.urdf --model analytic:physical", {}),
+    "export of no model": ("export probe --out a.c", {}),
+    "export over a file": ("export probe --out a.urdf", {"a.toml": "mine = 1"}),
     **{f"gear, {n}": ("init r.toml --urdf r.urdf", {"r.urdf": t}) for n, t in BAD_GEARS.items()},
     **{
         f"run, {words}": (f"{RUN} {words}" + USUAL * ("--model" not in words), {}) for words in RUNS

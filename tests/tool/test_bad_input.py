@@ -101,9 +101,8 @@ REFUSED: dict[str, tuple[list[str], dict[str, str]]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_bad_input_is_refused_in_one_line_and_nothing_is_written(
-    refuse, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
+    refuse, tmp_path, case, snapshot: SnapshotAssertion
 ):
-    monkeypatch.setattr("sys.dont_write_bytecode", True)
     (tmp_path / "there").mkdir()
     line = refuse(*REFUSED[case])
     assert re.sub(r"\(see .*?crosscheck", "(see crosscheck", line) == snapshot
