@@ -7,8 +7,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line
 import ctypes
 import gc
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -61,6 +62,33 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
         return Answer(int(left.value.code or 0), *capsys.readouterr())
 
     return command
+
+
+@pytest.fixture
+def refuse(
+    crosscheck: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str | list[str], Mapping[str, str | bytes]], str]:
+    """``refuse(line, files)``: what is said of a command line in a folder of files.
+
+    It is one line, and the folder is as before.
+    """
+    from tests.tool.test_bad_input import assert_one_line
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def refused(line: str | list[str], files: Mapping[str, str | bytes]) -> str:
+        for name, text in files.items():
+            content = text if isinstance(text, bytes) else text.encode("utf-8", "surrogateescape")
+            (tmp_path / name).write_bytes(content)
+        before = {path: path.is_file() and path.read_bytes() for path in tmp_path.rglob("*")}
+        answer = crosscheck(*(line.split() if isinstance(line, str) else line))
+        assert_one_line(answer)
+        now = {path: path.is_file() and path.read_bytes() for path in tmp_path.rglob("*")}
+        assert now == before
+        return answer.err.replace(str(tmp_path), "...")
+
+    return refused
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -13,11 +13,7 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS, read_quantity
 from crosscheck.audit.claims.measured import ENDS, MEASURED
-from crosscheck.audit.experiments.experiments import (
-    NO_ERROR,
-    PaperExperiment,
-    find_experiment,
-)
+from crosscheck.audit.experiments.experiments import NO_ERROR, PaperExperiment, find_experiment
 from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import evaluate_claim
 from tests.audit.test_claims import CELL, sources

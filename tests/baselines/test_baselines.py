@@ -13,11 +13,7 @@ import xarray as xr
 
 import crosscheck.analytic.model
 from crosscheck.baseline.file import baseline_path, read_baseline, write_baseline
-from crosscheck.baseline.reduction import (
-    find_uncompared,
-    find_unrecorded_runs,
-    make_baseline,
-)
+from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs, make_baseline
 from crosscheck.baseline.regression import describe_changes
 from crosscheck.findings import ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm

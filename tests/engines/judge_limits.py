@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from pydantic import TypeAdapter
 
+from crosscheck import registry
 from crosscheck.checks import convergence, energy, invariants, modes, records, scales, trajectories
 from crosscheck.checks.answers import States
 from crosscheck.checks.corners import sample_corner_states
@@ -30,15 +31,6 @@ from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import arms, plan
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
 from crosscheck.planning.sizing import make_unequal_gains_scenario
-from crosscheck.registry import (
-    MODELS,
-    RIGID_LEVELS,
-    build,
-    find_covering_models,
-    find_level_models,
-    find_same_integrator_models,
-    reference_model,
-)
 from tests.judged import plan_states
 from tests.mixed_arms import LAWS, arm_of, direct
 
@@ -186,7 +178,7 @@ def scale(name: str, quantity: str) -> tuple[np.ndarray, float]:
 
 def layout_of(made: Bench, name: str) -> Layout:
     """The coordinates of the models."""
-    return MODELS[LEFT[name]].layout(made.arm, usual_switches(made.arm))
+    return registry.MODELS[LEFT[name]].layout(made.arm, usual_switches(made.arm))
 
 
 def force_scale(name: str, *, corners: bool = False) -> np.ndarray:
@@ -198,7 +190,7 @@ def force_scale(name: str, *, corners: bool = False) -> np.ndarray:
     across = arm.model_copy(update={"gravity_m_per_s2": (0.0, pull)})
     still = ConstantDrive(kind="constant", torque_N_m=0.0)
     rest = load_scenario("pd").model_copy(update={"drive": still})
-    lying = build("pinocchio:coupled", across, rest)
+    lying = registry.build("pinocchio:coupled", across, rest)
     zero = np.zeros(len(arm.joints))
     size, weights = np.zeros(len(layout)), np.abs(lying.generalized_force(0.0, zero, zero))
     places = {each.name: place for place, each in enumerate(layout.coordinates)}
@@ -300,7 +292,7 @@ def wrong_self_checks(name: str) -> Iterator[str]:
     for place in range(claimed.size):
         lost = np.delete(claimed, place)
         found = made.finding(("abilities", model), {told: lost})
-        promised = claimed[place] in MODELS[model].promises
+        promised = claimed[place] in registry.MODELS[model].promises
         if found.verdict != ("failed" if promised else "agree"):
             yield f"abilities without {claimed[place]}: {found.verdict}"
 
@@ -578,7 +570,7 @@ def wrong_records() -> Iterator[str]:
         }
     )
     case = Case(arm, scenario, switches())
-    made = build(model, *case)
+    made = registry.build(model, *case)
     run = made.simulate()
     for name, constrained in product(("theta_ddot", "torque", "kinetic_energy"), (False, True)):
         values = run[name].values
@@ -609,7 +601,7 @@ def _unlike_planets() -> Iterator[str]:
         arm = ARMS["geared"]()
         links = tuple(link.model_copy(update={"length_m": length_m}) for link in arm.links)
         arm = arm.model_copy(update={"links": links})
-        made = build("analytic:physical", arm, scenario, usual_switches(arm))
+        made = registry.build("analytic:physical", arm, scenario, usual_switches(arm))
         run = made.simulate()
         radius = max(j.module_m * j.ring_teeth / 2 for j in arm.joints if j.planet_count)
         angle, rate = (float(np.abs(run[name]).max()) for name in ("theta", "theta_dot"))
@@ -646,8 +638,10 @@ def wrong_plan() -> Iterator[str]:
     ]
     keys = [each.about.key for each in planned]
     told = {(k.family, k.case, k.quantity, frozenset((k.left, k.right)), k.joint) for k in keys}
-    where = {f"{arm.name}/geared": find_covering_models("geared", arm, laws)}
-    where |= {f"{arm.name}/{level}": find_level_models(level) for level in RIGID_LEVELS}
+    where = {f"{arm.name}/geared": registry.find_covering_models("geared", arm, laws)}
+    where |= {
+        f"{arm.name}/{level}": registry.find_level_models(level) for level in registry.RIGID_LEVELS
+    }
     right: set[tuple[str, str, str, frozenset[str], int | None]] = set()
     for name, models in where.items():
         pairs = [frozenset((one, other)) for one in models for other in models if one < other]
@@ -655,12 +649,12 @@ def wrong_plan() -> Iterator[str]:
         right |= {
             ("states", name, q, pair, None) for q in (*STATE_ABILITIES, *corners) for pair in pairs
         }
-    first = reference_model()
-    for other in find_same_integrator_models():
+    first = registry.reference_model()
+    for other in registry.find_same_integrator_models():
         pair = frozenset((first, other))
         for quantity in trajectories.SAME_STEP if other != first else ():
             right |= {(each, "pd", quantity, pair, None) for each in ("same-step", "at-2-s")}
-    for level in RIGID_LEVELS:
+    for level in registry.RIGID_LEVELS:
         one, *others = plan.sort_engines(level)
         right |= {("refined", "pd", "theta", frozenset((one, each)), None) for each in others}
         pair = frozenset((one, first))

@@ -66,8 +66,7 @@ def test_every_mesh_is_just_inside_and_just_outside_on_both_flanks_in_both_direc
 
 def test_without_dampers_and_errors_of_teeth_states_are_near_the_clearance():
     arm = change_meshes(
-        PAPER,
-        lambda mesh: mesh.model_copy(update={"damping_ratio": 0.0, "tooth_error_m": 0.0}),
+        PAPER, lambda mesh: mesh.model_copy(update={"damping_ratio": 0.0, "tooth_error_m": 0.0})
     )
     layout = geared_layout(arm, switches())
     states = sample_corner_states(layout, arm, switches(), 0)

@@ -17,7 +17,7 @@ from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.models.pinocchio.arm import PinocchioGears
 from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, build
-from tests import planet_laws
+from tests import judged, planet_laws
 from tests.engines import judge_limits, precise_steps
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
@@ -25,14 +25,6 @@ from tests.faults.measured import numbers_agree
 from tests.faults.planting import Laws, Seen, judge_guard
 from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_PROBLEMS
-from tests.judged import (
-    compare_corners,
-    compare_states,
-    energy_over_run,
-    invariants,
-    refined,
-    same_step,
-)
 from tests.mixed_arms import MIXED, random_states, scenario
 from tests.robots import cost_guard, cost_judge, cost_views
 from tests.studies.observed import wrong_signals
@@ -113,13 +105,13 @@ def unharmed_runs(name: str, arm: str, drive: str, laws: Laws) -> Pair:
 
 def _states(seen: Seen) -> str:
     """The answers of two models at random states."""
-    (finding,) = compare_states("planted", _pair(seen), [seen.quantity], STATES, SEED)
+    (finding,) = judged.compare_states("planted", _pair(seen), [seen.quantity], STATES, SEED)
     return finding.verdict
 
 
 def _corners(seen: Seen) -> str:
     """The forces of two models at the corners of the mesh laws."""
-    (finding,) = compare_corners("planted", _pair(seen), STATES, SEED)
+    (finding,) = judged.compare_corners("planted", _pair(seen), STATES, SEED)
     return finding.verdict
 
 
@@ -137,21 +129,21 @@ def _same_step(seen: Seen) -> str:
     at = seen.arm, seen.drive, seen.laws
     case, pair = experiment(*at), unharmed_runs(seen.against, *at)
     run = build(seen.model, *case).simulate()
-    (finding,) = same_step("planted", case, run, pair.run, pair, [seen.quantity])
+    (finding,) = judged.same_step("planted", case, run, pair.run, pair, [seen.quantity])
     return finding.verdict
 
 
 def _energy(seen: Seen) -> str:
     """Energy against work, over a run."""
     model = build(seen.model, *experiment(seen.arm, seen.drive, seen.laws))
-    (finding,) = energy_over_run("planted", model.reference(1e-10))
+    (finding,) = judged.energy_over_run("planted", model.reference(1e-10))
     return finding.verdict
 
 
 def _power(seen: Seen) -> str:
     """Power against the rate of the kinetic energy, at random states."""
     model = build(seen.model, *experiment(seen.arm, seen.drive, seen.laws))
-    findings = invariants("planted", [model], STATES, SEED)
+    findings = judged.invariants("planted", [model], STATES, SEED)
     (verdict,) = (finding.verdict for finding in findings if finding.quantity == "power")
     return verdict
 
@@ -160,7 +152,7 @@ def _refined(seen: Seen) -> str:
     """Runs of two models, each also in twice the step; 0.2 ms from the start in motion."""
     at = seen.arm, seen.drive, seen.laws
     harmed = tuple(build(seen.model, *_short(at, step)).simulate() for step in STEPS_S)
-    (finding,) = refined(
+    (finding,) = judged.refined(
         "planted", _short(at, STEPS_S[0]), harmed, short_runs(seen.against, at), [seen.quantity]
     )
     return finding.verdict

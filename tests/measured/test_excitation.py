@@ -17,17 +17,8 @@ from crosscheck.identification.terms import build_columns
 from crosscheck.models.robot.robot import JointLimits, Robot
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
+from tests.measured import robots
 from tests.measured.records import name_columns, write_table
-from tests.measured.robots import (
-    COULOMB,
-    POSITION_NOISE,
-    RATIO,
-    ROTOR,
-    TORQUE_NOISE,
-    VISCOUS,
-    arm,
-    first_side,
-)
 from tests.robots import chains
 
 SHARED = np.zeros((0, 3))
@@ -37,7 +28,7 @@ SHARED = np.zeros((0, 3))
 def robot() -> Robot:
     """The arm with limits, of which those of effort are felt."""
     limit, usual = '<limit lower="-1" upper="1.5" velocity="2" effort="150"', chains.LIMIT[:-2]
-    limited = arm(arm().urdf.replace(usual, limit))
+    limited = robots.arm(robots.arm().urdf.replace(usual, limit))
     assert {each.limits for each in limited.joints} == {JointLimits(-1.0, 1.5, 2.0, 150.0)}
     return limited
 
@@ -49,9 +40,9 @@ def follow(robot: Robot, time: np.ndarray, position: np.ndarray) -> Record:
     more = np.gradient(rate, step, axis=0, edge_order=2)
     rng = np.random.default_rng(1)
     torque = build_robot_model("exudyn", robot, "coupled").inverse_dynamics(position, rate, more)
-    torque = torque + VISCOUS * rate + COULOMB * np.sign(rate)
-    torque = torque + TORQUE_NOISE * rng.normal(size=torque.shape)
-    position = position + POSITION_NOISE * rng.normal(size=torque.shape)
+    torque = torque + robots.VISCOUS * rate + robots.COULOMB * np.sign(rate)
+    torque = torque + robots.TORQUE_NOISE * rng.normal(size=torque.shape)
+    position = position + robots.POSITION_NOISE * rng.normal(size=torque.shape)
     return Record("a recording", time, position, torque, None)
 
 
@@ -70,7 +61,7 @@ def poor(robot) -> SideResult:
     """What a record says in which all joints move alike."""
     time = np.arange(0.0, 20.0, 2e-3)
     wave = 0.3 * np.sin(2 * np.pi * 0.4 * time)
-    return first_side(robot, follow(robot, time, np.column_stack([wave, wave, wave])))
+    return robots.first_side(robot, follow(robot, time, np.column_stack([wave, wave, wave])))
 
 
 def test_a_poor_motion_asks_for_another(poor):
@@ -148,12 +139,14 @@ def test_limits_hold_the_record_and_what_the_file_allows(robot):
 
 def test_a_record_of_the_suggested_motion_tells(robot, poor):
     table = read_table(poor.excitation)
-    side = first_side(robot, follow(robot, table[:, 0], table[:, 1:4]))
+    side = robots.first_side(robot, follow(robot, table[:, 0], table[:, 1:4]))
     assert side.is_excited
     assert side.excitation is None
     (rotor,) = side.seen
     assert rotor.term.name == "armature of j3"
-    assert abs(rotor.value - RATIO * (RATIO - 1) * ROTOR) < 1.5 * rotor.half_width
+    assert (
+        abs(rotor.value - robots.RATIO * (robots.RATIO - 1) * robots.ROTOR) < 1.5 * rotor.half_width
+    )
 
 
 def test_the_command_writes_the_motion(crosscheck, robot, tmp_path, monkeypatch):

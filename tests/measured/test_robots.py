@@ -1,7 +1,6 @@
 """Recordings of robots: What their torques distinguish, against a second program and identities."""
 
 import json
-import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -43,7 +42,6 @@ from tests.measured.robots import (
 from tests.measured.second_robot import estimate
 from tests.measured.statements import KINDS, judge
 from tests.robots import chains
-from tests.tool.test_bad_input import assert_one_line
 
 
 @pytest.fixture(scope="module")
@@ -258,20 +256,13 @@ BAD = tomllib.loads(Path(__file__).with_name("bad_descriptions.toml").read_text(
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_a_wrong_description_is_one_line(
-    crosscheck, record_folder, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
-):
+def test_a_wrong_description_is_one_line(refuse, record_folder, case, snapshot: SnapshotAssertion):
     """By what becomes of the files: the line names file, field and what is allowed."""
-    for file in record_folder.iterdir():
-        shutil.copy(file, tmp_path)
-    monkeypatch.chdir(tmp_path)
+    files = {file.name: file.read_text() for file in record_folder.iterdir()}
     file, old, new = BAD[case]
-    text = Path(file).read_text()
-    assert old in text
-    Path(file).write_text(text.replace(old, new, 1))
-    answer = crosscheck("compare", "record.toml", "robot.urdf")
-    assert_one_line(answer)
-    assert answer.err == snapshot
+    assert old in files[file]
+    files[file] = files[file].replace(old, new, 1)
+    assert refuse("compare record.toml robot.urdf", files) == snapshot
 
 
 def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):

@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
+from crosscheck import registry
 from crosscheck.models.arm.arm import Arm
-from crosscheck.registry import (
-    MODELS,
-    RIGID_LEVELS,
-    build,
-    find_level_models,
-    model_names,
-    select_with_method,
-)
 from tests.mixed_arms import NONE, arm_of, direct
 from tests.mixed_arms import scenario as scenario_of
 
@@ -25,8 +18,10 @@ LINKS = {
     "body": {"mass_kg": MASS, "inertia_kg_m2": 0.31},
 }
 ABOUT_COM = {"rod": MASS * LENGTH**2 / 12, "body": 0.31}
-WITHOUT_ROTOR = find_level_models(RIGID_LEVELS[0])
-SWINGING = select_with_method("simulate", (*model_names("geared"), *model_names("rigid")))
+WITHOUT_ROTOR = registry.find_level_models(registry.RIGID_LEVELS[0])
+SWINGING = registry.select_with_method(
+    "simulate", (*registry.model_names("geared"), *registry.model_names("rigid"))
+)
 # Of an oscillation of rate w by a step h, over w t: what RK4's and the trapezoidal rule's phases
 # are behind, and how short a step shows that without rounding.
 LAG = {4: (4, 120), 2: (2, 12)}
@@ -65,7 +60,7 @@ def swing(
 ) -> Swing:
     grid = {"duration_s": duration, "step_s": duration / steps, "record_every": 1}
     scenario = scenario_of(**grid, start=start, drive=drive)
-    run = build(name, arm, scenario).simulate()
+    run = registry.build(name, arm, scenario).simulate()
     return Swing(run.time.values, run.theta.values[:, 0], run.theta_dot.values[:, 0])
 
 
@@ -75,12 +70,12 @@ def constant(torque: float) -> dict[str, object]:
 
 def steps_of(name: str, rate: float, duration: float) -> int:
     """As many as the model's order needs."""
-    return int(np.ceil(rate * duration / TURN[MODELS[name].order]))
+    return int(np.ceil(rate * duration / TURN[registry.MODELS[name].order]))
 
 
 def limit(name: str, rate: float, duration: float, steps: int) -> float:
     """Of the error over the motion's size, from the order of the model's integrator."""
-    order = MODELS[name].order
+    order = registry.MODELS[name].order
     if order is None:
         return ADAPTIVE
     power, divisor = LAG[order]
@@ -119,7 +114,7 @@ def test_link_swings_as_the_elliptic_pendulum(name, link):
         # Back where it was let go, at rest.
         assert abs(run.theta[-1] - run.theta[0]) < allowed
         assert abs(run.theta_dot[-1]) < rate * allowed
-    order = MODELS[name].order
+    order = registry.MODELS[name].order
     if order is not None:
         assert errors[0] / errors[1] == pytest.approx(2**order, rel=0.1)
 

@@ -19,13 +19,7 @@ from tests import planet_laws
 from tests.engines.bodies_checks import contact_wrenches
 from tests.loops import require_items
 from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, random_states, scenario
-from tests.planet_meshes import (
-    contacts,
-    expected_force,
-    rounding,
-    stiffness_at,
-    unlike_arms,
-)
+from tests.planet_meshes import contacts, expected_force, rounding, stiffness_at, unlike_arms
 
 EPS = float(np.finfo(float).eps)
 GEARED = tuple(model_names("geared"))

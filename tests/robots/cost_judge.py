@@ -65,10 +65,7 @@ class Sizes:
             "bias": ((at, last), roots[at, last] * bias[at]),
             "gravity": ((at, 0), roots[at, 0] * weight),
             "inverse dynamics": ((at, last), roots[at, last] * (held + growth)[at]),
-            "forward dynamics": (
-                (at, last),
-                (held + given)[at] / roots[at, last] / scaled[at, 0],
-            ),
+            "forward dynamics": ((at, last), (held + given)[at] / roots[at, last] / scaled[at, 0]),
             "energy": ((at,), speed[at] ** 2 / 2 + weight * np.sqrt(mass) * farthest),
             "momentum": ((at, 1), speed[at] * np.sqrt(mass)),
             "tip": ((at, 2), reach),

@@ -13,7 +13,6 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.registry import build, build_robot_model
 from tests.robots.chains import ENGINES
-from tests.tool.test_bad_input import assert_one_line
 
 LEVELS = dict(zip(RIGID, ("carriers", "armature", "coupled"), strict=True))  # the arm's names
 LAWS = {"damping": "contact", "mesh_work": "conservative"}  # those of robots
@@ -70,16 +69,6 @@ def assert_same(arm: Arm, robot: Robot, engine: str, level: str) -> None:
 @pytest.mark.parametrize("level", [*RIGID, "geared"])
 def test_levels_are_those_of_the_arm(written, engine, level):
     assert_same(*written, engine, level)
-
-
-def test_what_a_robot_cannot_say_is_one_line(crosscheck, tmp_path):
-    out = tmp_path / "a.urdf"
-    answer = crosscheck("export", "probe", "--out", out, "--model", "analytic:physical")
-    assert_one_line(answer, "--model", "must be left out")
-    assert_one_line(crosscheck("export", "probe", "--out", tmp_path / "a.c"), "--model")
-    (tmp_path / "a.toml").write_text("mine = 1")
-    assert_one_line(crosscheck("export", "probe", "--out", out), "a.toml", "robot's file")
-    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
 
 
 def test_command_writes_both_files(crosscheck, tmp_path):

@@ -13,14 +13,7 @@ from crosscheck.cost.meshes import tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build_robot_model
-from tests.robots.cost_guard import (
-    FILES,
-    found_cost,
-    robot,
-    wrong_motion,
-    wrong_numbers,
-    wrong_tip,
-)
+from tests.robots.cost_guard import FILES, found_cost, robot, wrong_motion, wrong_numbers, wrong_tip
 from tests.robots.cost_views import wrong_picture
 
 

@@ -7,11 +7,7 @@ import pytest
 
 from benchmarks.suite.robot_states import RobotStates
 from crosscheck.analytic.kernel import expressions
-from crosscheck.analytic.kernel.expressions import (
-    ExpressionGraph,
-    evaluate_constants,
-    write_lines,
-)
+from crosscheck.analytic.kernel.expressions import ExpressionGraph, evaluate_constants, write_lines
 from crosscheck.analytic.robot.algorithms import MovingTree
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers, replace_names
 from crosscheck.analytic.robot.structure import trace_forward_dynamics

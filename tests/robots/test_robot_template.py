@@ -5,7 +5,6 @@ import numpy as np
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
-from tests.tool.test_bad_input import assert_one_line
 
 TEXT = urdf(
     link("ground"),
@@ -46,16 +45,6 @@ def test_every_chain_is_read_back_as_it_was(crosscheck, tmp_path):
         again = load_robot(str(tmp_path / "r.toml"))
         assert [each.name for each in again.joints] == [each.name for each in own.joints]
         assert np.array_equal(again.gravity, [0, 0, -9.81])
-
-
-def test_init_of_a_robot_refuses_what_it_cannot_do(crosscheck, tmp_path):
-    (tmp_path / "mine.urdf").write_text(TEXT)
-    given = ["init", tmp_path / "mine.toml", "--urdf"]
-    assert_one_line(crosscheck(*given, tmp_path / "yours.urdf"), "yours.urdf", "No such file")
-    assert_one_line(crosscheck(*given, tmp_path / "mine.urdf", "--joints", 3), "--joints", "--urdf")
-    (tmp_path / "mine.toml").write_text("mine")
-    assert_one_line(crosscheck(*given, tmp_path / "mine.urdf"), "mine.toml: exists already")
-    assert (tmp_path / "mine.toml").read_text() == "mine"
 
 
 GEARS = """

@@ -31,7 +31,7 @@ def test_numbers_that_are_rounded_are_no_other_coordinates():
     assert not trial.agrees
     assert trial.diagnosis.readings == ()
     rounded = two_link.right(
-        mass_matrix=lambda q: two_link.mass_matrix(q) + 7e-8 * np.array([[0, 1], [1, 0]]) * q[1],
+        mass_matrix=lambda q: two_link.mass_matrix(q) + 7e-8 * np.array([[0, 1], [1, 0]]) * q[1]
     )
     trial = run_robot_trial(rounded, TWO)
     assert trial.diagnosis.notes[-1].startswith("agrees to ")

@@ -9,14 +9,7 @@ import numpy as np
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from crosscheck.findings import (
-    Agreement,
-    ComparisonKey,
-    Finding,
-    Subject,
-    make_check,
-    make_failed_check,
-)
+from crosscheck import findings
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, LevelDistance
@@ -42,8 +35,10 @@ DISTANCES = (
 
 def finding(quantity: str, by: float, engine: str = "") -> Any:
     family = "trial-states" if engine else "trial-own"
-    about = Subject(ComparisonKey(family, "tested", quantity, "yours", engine), "1", "largest")
-    return make_check(about, measured=by, tolerance=1e-10, basis="")
+    about = findings.Subject(
+        findings.ComparisonKey(family, "tested", quantity, "yours", engine), "1", "largest"
+    )
+    return findings.make_check(about, measured=by, tolerance=1e-10, basis="")
 
 
 NAMED = tuple(
@@ -52,11 +47,11 @@ NAMED = tuple(
 PROBLEM: Any = RobotProblem("yours", two_link.robot(), None, {}, None, "")  # type: ignore[arg-type]
 
 
-def trial(found: TrialDiagnosis, checks: Sequence[Finding] = (), **changes: Any) -> Trial:
+def trial(found: TrialDiagnosis, checks: Sequence[findings.Finding] = (), **changes: Any) -> Trial:
     plain: dict[str, Any] = {
         "request": None,
         "problem": PROBLEM,
-        "cross_check": SimpleNamespace(agreement=Agreement(list(checks))),
+        "cross_check": SimpleNamespace(agreement=findings.Agreement(list(checks))),
         "distances": DISTANCES,
         "diagnosis": found,
         "relative_errors": {"bias": np.array([0.345678, 0.0])},
@@ -95,7 +90,7 @@ def test_a_check_that_no_entry_accounts_for_is_a_line():
     assert line.endswith("measured 0.5, allowed 1e-10")
     wrong = TrialDiagnosis("armature", NAMED)
     assert list(trial(wrong, [finding("bias", 0.3, "analytic")]).failing_checks) == []
-    failed = make_failed_check(finding("b", 0.0).about, "bias: it raised")
+    failed = findings.make_failed_check(finding("b", 0.0).about, "bias: it raised")
     lines = list(trial(wrong, [failed], failures={"bias": LOST}).lines)
     assert any(line.endswith("bias: it raised") for line in lines)
     assert lines[-4:-1] == ["bias raised:", "line 1", "line 2"]

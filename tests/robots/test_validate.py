@@ -142,22 +142,6 @@ def test_a_joint_turns_by_all_that_follow_it():
     assert [each.turns.tolist() for each in cases] == [[4.0, 1.0]] * len(cases)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("<sdf version='1.6'/>", "is SDF; must be a URDF"),
-        ('<robot name="a"><xacro:include filename="b"/></robot>', "xacro robot.urdf.xacro"),
-    ],
-)
-@pytest.mark.parametrize("command", ["validate", "run"])
-def test_a_file_of_another_kind_is_one_line(crosscheck, tmp_path, text, said, command):
-    file = tmp_path / "other.xml"
-    file.write_text(text)
-    answer = crosscheck(command, file)
-    assert (answer.code, answer.err.count("\n")) == (2, 1)
-    assert said in answer.err
-
-
 NAMES = "pd", "constant-torque"
 
 

@@ -70,16 +70,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "cost": ("cost sliding.toml --quick", "--seed ?|--json c.json"),
     "cost of a URDF": ("cost sliding.urdf --quick", "--out page"),
     "cost of a motion": ("cost sliding.toml --quick --motion motion.csv", ""),
-    "compare": (
-        "compare record.csv",
-        "--json c.json|--tolerance arm.payload_mass_kg=?|--joint ?",
-    ),
+    "compare": ("compare record.csv", "--json c.json|--tolerance arm.payload_mass_kg=?|--joint ?"),
     "compare a MAT file": ("compare record.mat", "--scenario ?"),
     "compare a run": ("compare run.nc", "--topic ?|--out page"),
-    "trial of a robot": (
-        "trial mine.py:equations sliding.toml",
-        "--seed ?|--json t.json|--quick",
-    ),
+    "trial of a robot": ("trial mine.py:equations sliding.toml", "--seed ?|--json t.json|--quick"),
     "trial of an FMU": (
         "trial unit.fmu probe --coordinates map.toml --run-code",
         "--scenario ?|--quick",

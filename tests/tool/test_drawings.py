@@ -12,14 +12,7 @@ from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry
 from tests.arms import gear_stages
 from tests.loops import require_items
 from tools import animation, drawings
-from tools.drawings import (
-    DOCS,
-    SIDES,
-    outline_teeth,
-    push_direction,
-    tangent_point,
-    write_drawings,
-)
+from tools.drawings import DOCS, SIDES, outline_teeth, push_direction, tangent_point, write_drawings
 
 JOINTS = gear_stages("paper-labelled", "probe", "three-unlike")
 CASES = [pytest.param(joint, side) for joint in JOINTS for side in SIDES]

@@ -18,14 +18,7 @@ from crosscheck.findings import (
     make_unfinished_check,
 )
 from crosscheck.models.loading import load_arm
-from crosscheck.planning.comparison import (
-    MissingResult,
-    Results,
-    collect_tasks,
-    judge_comparisons,
-    make_comparison,
-    summarise_entries,
-)
+from crosscheck.planning import comparison
 from crosscheck.provenance import record_provenance
 from crosscheck.report.formatting import describe_tally
 from crosscheck.report.summary import CheckResult
@@ -49,7 +42,7 @@ class Asked:
 
 
 FINE, FAILED, STOPPED, LOST = map(Asked, ("fine", "failed", "stopped", "lost"))
-RESULTS = Results(
+RESULTS = comparison.Results(
     {
         FINE.key: np.array([3.0, 4.0]),
         FAILED.key: Failure("ValueError", "of its own"),
@@ -70,7 +63,7 @@ def test_a_missing_result_says_whose_it_is_and_why():
         LOST: ("lost: Lost: no result came back", False),
     }
     for task, (said, unfinished) in why.items():
-        with pytest.raises(MissingResult) as error:
+        with pytest.raises(comparison.MissingResult) as error:
             RESULTS.need(task)
         assert (str(error.value), error.value.unfinished) == (said, unfinished)
         assert RESULTS.get(task) is None
@@ -82,7 +75,7 @@ def test_each_comparison_is_one_finding_whatever_comes_back():
         return make_check(about, measured=float(left @ [1, 0]), tolerance=3.0, basis="")
 
     planned = [
-        make_comparison(about(name), tasks, judge)
+        comparison.make_comparison(about(name), tasks, judge)
         for name, tasks in (
             ("fine", (FINE, FINE)),
             ("failed", (FINE, FAILED)),
@@ -90,26 +83,28 @@ def test_each_comparison_is_one_finding_whatever_comes_back():
             ("of one", (FINE,)),
         )
     ]
-    found = list(judge_comparisons(planned, RESULTS))
+    found = list(comparison.judge_comparisons(planned, RESULTS))
     assert [finding.verdict for finding in found] == ["agree", "failed", "unfinished", "failed"]
     assert found[1] == make_failed_check(about("failed"), "failed: ValueError: of its own")
     assert found[2] == make_unfinished_check(about("stopped"), "stopped: TooSlow: stopped")
     assert found[3].note.startswith("TypeError: ")
-    assert collect_tasks(planned) == [FINE, FAILED, STOPPED]
+    assert comparison.collect_tasks(planned) == [FINE, FAILED, STOPPED]
     with pytest.raises(ValueError, match="planned twice: states/arm/fine/one~other"):
-        list(judge_comparisons([*planned, planned[0]], RESULTS))
+        list(comparison.judge_comparisons([*planned, planned[0]], RESULTS))
 
 
 def test_entries_are_the_largest_of_any_engine():
     first = np.array([[[0.0, 1e-3], [2e-3, 0.0]], [[0.0, 5e-3], [1e-3, np.nan]]])
     second = np.array([[[1e-9, 0.0], [0.0, 0.0]]])
-    found = summarise_entries("mass_matrix", "mine", "ab", {"x": first, "y": second}, 1e-8)
+    found = comparison.summarise_entries(
+        "mass_matrix", "mine", "ab", {"x": first, "y": second}, 1e-8
+    )
     assert found == EntryDifferences(
         "mass_matrix", "mine", ("x", "y"), ("a", "b"), ((1e-9, 5e-3), (2e-3, np.inf)), 1e-8
     )
     wrong = [(each.name, each.places, each.relative) for each in found.wrong_entries()]
     assert wrong == [("M[b, b]", ((1, 1),), np.inf), ("M[a, b]", ((0, 1), (1, 0)), 5e-3)]
-    rows = summarise_entries("bias", "mine", "ab", {"x": np.array([[2.0, 1e-9]])}, 1e-8)
+    rows = comparison.summarise_entries("bias", "mine", "ab", {"x": np.array([[2.0, 1e-9]])}, 1e-8)
     assert rows.relative == ((2.0,), (1e-9,))
     assert [each.name for each in rows.wrong_entries()] == ["bias[a]"]
     lower = EntryDifferences("mass_matrix", "m", (), ("a", "b"), ((0.0, 0.0), (1.0, 2.0)), 1e-8)

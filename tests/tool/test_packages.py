@@ -32,10 +32,7 @@ COMMANDS = {
     "raises at import": ("raise OSError('no')", "cannot be imported: OSError: no"),
     "cannot be printed": (f"{UNPRINTABLE}raise Odd", "cannot be imported: Odd"),
     "leaves at import": ("os._exit(0)", "entry point guest: its process ended with exit code 0"),
-    "raises": (
-        command("1 / 0"),
-        "command guest: raised ZeroDivisionError: div",
-    ),
+    "raises": (command("1 / 0"), "command guest: raised ZeroDivisionError: div"),
     "raises what cannot be printed": (f"{UNPRINTABLE}{command('raise Odd')}", "guest: raised Odd"),
     "exits": (command("sys.exit(0)"), "command guest: raised SystemExit: 0"),
     "leaves": (command("os._exit(0)"), "command guest: its process ended with exit code 0"),

@@ -107,40 +107,6 @@ def test_numbers_of_drive_and_start_are_held_to_ranges(scenario):
                 assert refused.value.field.startswith(f"{section}.{field}")
 
 
-BESIDE_EACH_OTHER = {
-    "ring of 150 m": (
-        "joints[0].module_m",
-        ("joints.0.module_m=1.0", "joints.0.ring_teeth=309", "joints.0.planet_teeth=141"),
-    ),
-    "sun that is all axle": ("joints[0].sun_equivalent_mass_kg", ("joints.0.sun_mass_kg=1e5",)),
-    "planet that is all axle": (
-        "joints[0].planet_equivalent_mass_kg",
-        ("joints.0.planet_mass_kg=1e5",),
-    ),
-    "planet that is nothing beside the sun": (
-        "joints[1].planet_equivalent_mass_kg",
-        ("joints.1.sun_equivalent_mass_kg=1e7",),
-    ),
-    "gears that are nothing beside the arm": (
-        "links",
-        ("links.0.length_m=999.0", "joints.1.module_m=1e-5"),
-    ),
-    "rod that is nothing beside its load": (
-        "links[0]",
-        ("links.0.density_kg_per_m3=1e-3", "links.0.cross_section_m2=1e-6"),
-    ),
-}
-
-
-@pytest.mark.parametrize("case", BESIDE_EACH_OTHER)
-def test_numbers_that_cannot_stand_beside_each_other_are_refused(case):
-    field, settings = BESIDE_EACH_OTHER[case]
-    with pytest.raises(InputError) as refused:
-        load_case(ARM, SCENARIO, {}, [f"arm.{setting}" for setting in settings])
-    assert refused.value.field == field
-    assert refused.value.allowed.startswith("must ")
-
-
 @pytest.mark.parametrize(("share", "is_refused"), [(0.98, False), (1.02, True)])
 def test_a_planet_has_a_millionth_of_the_suns_inertia(share, is_refused):
     sun = share * 1e6 * load_arm(ARM).joints[1].planet_equivalent_mass_kg

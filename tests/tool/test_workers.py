@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -38,20 +39,12 @@ def good() -> str:
     return "done"
 
 
-def napping() -> None:
-    time.sleep(0.05)
+napping = partial(time.sleep, 0.05)
+leaving, exiting = partial(os._exit, 0), partial(sys.exit, 0)
 
 
 def crashing() -> None:
     os.kill(os.getpid(), signal.SIGSEGV)
-
-
-def leaving() -> None:
-    os._exit(0)
-
-
-def exiting() -> None:
-    raise SystemExit(0)
 
 
 def interrupting() -> None:

@@ -10,12 +10,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import (
-    Placement,
-    Robot,
-    RobotBody,
-    compute_point_inertia,
-)
+from crosscheck.models.robot.robot import Placement, Robot, RobotBody, compute_point_inertia
 from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -227,9 +222,7 @@ PENDULUM: dict[str, Equations] = {
         "half a term": {"bias": half_a_term},
         "sign of an entry of the bias": {"bias": lambda q, v: two_link.bias(q, v) * [1, -1]},
         "an inertia left out of an entry": {"mass_matrix": mass_less([[0, J2], [J2, 0]])},
-        "friction in the bias": {
-            "bias": bias_with(lambda q, v: np.array([[12, 7], [0, 5]]) @ v),
-        },
+        "friction in the bias": {"bias": bias_with(lambda q, v: np.array([[12, 7], [0, 5]]) @ v)},
         "weights in the bias, too": {"bias": bias_with(lambda q, v: two_link.gravity(q))},
         "a cubic bias": {"bias": bias_with(lambda q, v: v**3)},
         "a lopsided mass matrix": {"mass_matrix": mass_by([[1, 1], [1.5, 1]])},
@@ -261,9 +254,7 @@ PENDULUM: dict[str, Equations] = {
     }.items()
 } | {
     "a wrong C": Equations(
-        two_link.mass_matrix,
-        gravity=two_link.gravity,
-        coriolis=lambda q, v: 1e3 * np.ones((2, 2)),
+        two_link.mass_matrix, gravity=two_link.gravity, coriolis=lambda q, v: 1e3 * np.ones((2, 2))
     ),
     "a ratio in one acceleration alone": Equations(acceleration=other_ratio_in_one_row),
     "wrong weights in nonlinear effects": Equations(

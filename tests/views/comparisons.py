@@ -161,7 +161,7 @@ HEADS |= {"from": "from_s", "to": "to_s", "stays within 3 u_val for": "stays_s"}
 HEADS |= {"|E| at most 2 u_val at": "within_2_u_val", "E at the end": "last_E"}
 HEADS |= {"u_val there": "last_u_val"}
 WORDING = {
-    r"At 1 a level|[(]?\d sigma[)]?|\d u_val|V 20|V&V 20|± \(95 %\)": "what an interval covers",
+    r"At 1 a level|[(]?\d sigma[)]?|\d u_val|V 20|V&V 20|± \(95 %\)": "what an interval covers"
 }
 
 

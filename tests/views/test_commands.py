@@ -51,12 +51,7 @@ gravity_m_per_s2 = [9.81, 0.0]
 joints = [{ kind = "direct", motor_mass_kg = 2.0, rotor_inertia_kg_m2 = 0.01 }]
 links = [{ length_m = 0.5, com_m = 0.2, mass_kg = 3.0, inertia_kg_m2 = 0.1 }]
 """
-FILES = {
-    "bob.urdf": BOB,
-    "doubtful.urdf": DOUBTFUL,
-    "study.toml": STUDY,
-    "hanging.toml": HANGING,
-}
+FILES = {"bob.urdf": BOB, "doubtful.urdf": DOUBTFUL, "study.toml": STUDY, "hanging.toml": HANGING}
 # A part of two_link's equations replaced: what is wrong with them by name.
 EQUATIONS = """
 def _replaced(arm, **parts):

@@ -54,82 +54,55 @@ MESHES = """
         f -= s.N*F*w + D*(w @ v)*w
 """
 
-# x = x_sp, x_pr and the joint's angle, of the shoulder and of the elbow.
-DISPLACEMENTS = (
+
+def write_geared(phi: str, theta: str, motor: str, own: str) -> str:
+    """The text of two geared joints, of which ``own`` has what their coordinates decide.
+
+    phi: rotations of the links; theta: angles of the joints; motor: the rotation that it drives.
     """
-phi = [e[2], e[2] + e[5]]
-theta = [x[2], x[5]]
-"""
-    + LINKS
-    + """
+    return f"""
+phi = {phi}
+theta = {theta}{LINKS}
 for j, s in enumerate(stages):
-    base = phi[0] if j else 0*e[0]
+    base = phi[0] if j else 0*e[0]{own}
+    spin(s.M_c*s.r_cp**2 + s.N*s.m_p*s.r_c**2, phi[j])
+    spin(s.J_r, base)
+    f += T[j]/s.n*{motor}
+    f -= s.k*(turn @ v)*turn{MESHES}"""
+
+
+JOINT_ANGLES = "[e[2], e[2] + e[5]]", "[x[2], x[5]]"
+# x = x_sp, x_pr and the joint's angle, of the shoulder and of the elbow.
+DISPLACEMENTS = """
     x_sp, x_pr, turn = e[3*j], e[3*j + 1], e[3*j + 2]
     spin(s.M_s, x_sp + x_pr + 2*s.r_cp*turn + s.r_s*base)
     spin(s.N*s.M_p, x_pr + s.r_cp*turn - s.r_p*base)
-    spin(s.M_c*s.r_cp**2 + s.N*s.m_p*s.r_c**2, phi[j])
-    spin(s.J_r, base)
-    f += T[j]/s.n*(x_sp + x_pr + 2*s.r_cp*turn)/s.r_s
-    f -= s.k*(turn @ v)*turn
-    a_sp, w_sp, a_pr, w_pr = x[3*j], x_sp, x[3*j + 1], x_pr
-"""
-    + MESHES
-)
-
+    a_sp, w_sp, a_pr, w_pr = x[3*j], x_sp, x[3*j + 1], x_pr"""
 # x = absolute rotations of a link, of the sun that drives it and of its planets.
-SPINS = (
-    """
-phi = [e[0], e[3]]
-theta = [x[0], x[3] - x[0]]
-"""
-    + LINKS
-    + """
-for j, s in enumerate(stages):
-    base = phi[0] if j else 0*e[0]
+SPINS = """
     sun, planet, turn = e[3*j + 1], e[3*j + 2], phi[j] - base
     spin(s.M_s*s.r_s**2, sun)
     spin(s.N*s.M_p*s.r_p**2, planet)
-    spin(s.M_c*s.r_cp**2 + s.N*s.m_p*s.r_c**2, phi[j])
-    spin(s.J_r, base)
-    f += T[j]/s.n*(sun - base)
-    f -= s.k*(turn @ v)*turn
     w_sp = s.r_s*(sun - base) + s.r_p*(planet - base) - s.r_cp*turn
     w_pr = -s.r_p*(planet - base) - s.r_cp*turn
-    a_sp, a_pr = w_sp @ x, w_pr @ x
-"""
-    + MESHES
-)
-
+    a_sp, a_pr = w_sp @ x, w_pr @ x"""
 # x = angles of sun, planets and link, relative to the body before; planets against the carrier.
-ANGLES = (
-    """
-phi = [e[2], e[2] + e[5]]
-theta = [x[2], x[5]]
-"""
-    + LINKS
-    + """
-for j, s in enumerate(stages):
-    base = phi[0] if j else 0*e[0]
+ANGLES = """
     sun, planet, turn = e[3*j], e[3*j + 1], e[3*j + 2]
     spin(s.M_s*s.r_s**2, sun + base)
     spin(s.N*s.M_p*s.r_p**2, base - planet)
-    spin(s.M_c*s.r_cp**2 + s.N*s.m_p*s.r_c**2, phi[j])
-    spin(s.J_r, base)
-    f += T[j]/s.n*sun
-    f -= s.k*(turn @ v)*turn
     w_sp = s.r_s*sun - s.r_p*planet - s.r_cp*turn
     w_pr = s.r_p*planet - s.r_cp*turn
-    a_sp, a_pr = w_sp @ x, w_pr @ x
-"""
-    + MESHES
-)
+    a_sp, a_pr = w_sp @ x, w_pr @ x"""
 
 RIGHT = {
     "relative": RELATIVE,
     "absolute": ABSOLUTE,
-    "displacements": DISPLACEMENTS,
-    "spins": SPINS,
-    "angles": ANGLES,
+    "displacements": write_geared(
+        *JOINT_ANGLES, "(x_sp + x_pr + 2*s.r_cp*turn)/s.r_s", DISPLACEMENTS
+    ),
+    "spins": write_geared("[e[0], e[3]]", "[x[0], x[3] - x[0]]", "(sun - base)", SPINS),
+    "angles": write_geared(*JOINT_ANGLES, "sun", ANGLES),
 }
 RIGID = ("relative", "absolute")
 GEARS = ("sun", "planet", "carrier", "ring")

@@ -12,15 +12,8 @@ from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.result import Trial
+from crosscheck.trial.tables import state_requests
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
-from crosscheck.trial.tables.state_requests import (
-    PARTS,
-    StateRequest,
-    TableTrial,
-    answer_columns,
-    collect_inverse_requests,
-    collect_state_request,
-)
 from crosscheck.trial.trial import run_trial
 
 STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
@@ -35,11 +28,11 @@ def bound(equations: Equations, arm: Arm) -> SuppliedEquations:
 def parts_of(model: SuppliedEquations) -> list[str]:
     """What a table of a model's answers has."""
     given = {STANDS_FOR.get(part, part) for part in model.given}
-    return [part for part in PARTS if part in given]
+    return [part for part in state_requests.PARTS if part in given]
 
 
 def answers(
-    model: SuppliedEquations, asked: StateRequest, everywhere: bool = False
+    model: SuppliedEquations, asked: state_requests.StateRequest, everywhere: bool = False
 ) -> dict[str, np.ndarray]:
     """By part (rows, ...), NaN where it is not needed, or everywhere."""
     found = {}
@@ -53,13 +46,15 @@ def answers(
     return found
 
 
-def write_csv(file: Path, sheets: Iterable[tuple[StateRequest, dict[str, np.ndarray]]]) -> Path:
+def write_csv(
+    file: Path, sheets: Iterable[tuple[state_requests.StateRequest, dict[str, np.ndarray]]]
+) -> Path:
     """Answers of one or several sheets; rows that answer nothing are left out."""
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         for number, (asked, values) in enumerate(sheets):
             n = len(asked.names)
-            columns = [name for part in values for name in answer_columns(part, n)]
+            columns = [name for part in values for name in state_requests.answer_columns(part, n)]
             if not number:
                 writer.writerow(["row", *columns])
             flat = np.hstack([each.reshape(asked.count, -1) for each in values.values()])
@@ -69,20 +64,20 @@ def write_csv(file: Path, sheets: Iterable[tuple[StateRequest, dict[str, np.ndar
     return file
 
 
-def judge_table(table: TableTrial, *files: Path) -> Trial:
+def judge_table(table: state_requests.TableTrial, *files: Path) -> Trial:
     """The trial of the answers in files."""
     equations = build_table_equations(read_trial_answers(table, files))
     return run_trial(table.make_request("yours", equations))
 
 
 def sheets_of(
-    table: TableTrial, equations: Equations, probes: bool
-) -> list[tuple[StateRequest, dict[str, np.ndarray]]]:
+    table: state_requests.TableTrial, equations: Equations, probes: bool
+) -> list[tuple[state_requests.StateRequest, dict[str, np.ndarray]]]:
     """All that is asked, with a model's answers; on probes too."""
-    asked = [collect_state_request(table)]
+    asked = [state_requests.collect_state_request(table)]
     parts = parts_of(bound(equations, table.mechanism))
     if probes or "inverse_dynamics" in parts:
-        asked += collect_inverse_requests(table, asked[0])
+        asked += state_requests.collect_inverse_requests(table, asked[0])
     if probes:
         asked += table.collect_probe_requests(parts, next_row(asked))
     return [(each, answers(bound(equations, each.arm), each)) for each in asked]

@@ -201,10 +201,7 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
         assert read.precision == 0.0
 
 
-MAPS = {
-    "an unknown key": "link = 'absolute'",
-    "code": "names = ['os.system()', 'b']",
-}
+MAPS = {"an unknown key": "link = 'absolute'", "code": "names = ['os.system()', 'b']"}
 COMMANDS: dict[str, tuple[str, dict[str, str]]] = {
     "a model beside": ("--answers a.csv m.py:model probe", {}),
     "ask and answers": ("--ask --answers a.csv --out ask", {}),
@@ -223,17 +220,9 @@ COMMANDS: dict[str, tuple[str, dict[str, str]]] = {
 
 
 @pytest.mark.parametrize("case", COMMANDS)
-def test_words_and_maps_that_cannot_be_used_are_one_line(
-    crosscheck, case, tmp_path, monkeypatch, snapshot: SnapshotAssertion
-):
-    monkeypatch.chdir(tmp_path)
+def test_words_and_maps_that_cannot_be_used_are_one_line(refuse, case, snapshot: SnapshotAssertion):
     words, files = COMMANDS[case]
-    for name, text in files.items():
-        Path(name).write_text(text, encoding="utf-8")
-    answer = crosscheck("trial", *words.split())
-    assert_one_line(answer)
-    assert {path.name for path in tmp_path.iterdir()} == set(files)
-    assert answer.err == snapshot
+    assert refuse(f"trial {words}", files) == snapshot
 
 
 def test_ask_writes_over_nothing(crosscheck, tmp_path):

@@ -501,10 +501,7 @@ def test_a_draft_of_a_mapping_takes_states_by_their_order(kind, snapshot: Snapsh
 UNUSABLE = {
     "no description": (zipped({DESCRIPTION: b'<fmiModelDescription fmiVersion="2.0"/>'}), RIGID),
     "no XML": (described_as(**{"</ModelVariables>": ""}), RIGID),
-    "a reference in words": (
-        described_as(**{'valueReference="1"': 'valueReference="one"'}),
-        RIGID,
-    ),
+    "a reference in words": (described_as(**{'valueReference="1"': 'valueReference="one"'}), RIGID),
     "a reference below 0": (described_as(**{'valueReference="1"': 'valueReference="-1"'}), RIGID),
     "a variable that is not there": (described_as(**{'index="8"': 'index="800"'}), RIGID),
     "another version": (described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}), RIGID),
@@ -525,18 +522,10 @@ UNUSABLE = {
 
 
 @pytest.mark.parametrize("case", UNUSABLE)
-def test_unusable_unit_is_one_line(
-    crosscheck, case, tmp_path, monkeypatch, snapshot: SnapshotAssertion
-):
-    monkeypatch.chdir(tmp_path)
-    content, mapping = UNUSABLE[case]
-    Path("unit.fmu").write_bytes(content)
-    Path("map.toml").write_text(mapping, encoding="utf-8")
-    words = "unit.fmu --coordinates map.toml --json t.json --run-code"
-    answer = crosscheck("trial", *words.split())
-    assert_one_line(answer)
-    assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "map.toml"}
-    assert answer.err == snapshot
+def test_unusable_unit_is_one_line(refuse, case, snapshot: SnapshotAssertion):
+    line = "trial unit.fmu --coordinates map.toml --json t.json --run-code"
+    files = zip(("unit.fmu", "map.toml"), UNUSABLE[case], strict=True)
+    assert refuse(line, dict(files)) == snapshot
 
 
 BROKEN = {
@@ -633,14 +622,10 @@ DRAFTED = {
 }
 
 
-def ask_for_draft(crosscheck, description, folder):
-    (folder / "unit.fmu").write_bytes(zipped({DESCRIPTION: description}))
-    return crosscheck("trial", "--ask", folder / "unit.fmu", "--out", folder / "new")
-
-
 @pytest.mark.parametrize("case", DRAFTED)
 def test_draft_states_each_state_once(crosscheck, case, tmp_path):
-    answer = ask_for_draft(crosscheck, DRAFTED[case], tmp_path)
+    (tmp_path / "unit.fmu").write_bytes(zipped({DESCRIPTION: DRAFTED[case]}))
+    answer = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "--out", tmp_path / "new")
     assert (answer.code, answer.err) == (0, "")
     draft = tomllib.loads((tmp_path / "new" / "map.toml").read_text(encoding="utf-8"))
     assert (draft["q"], draft["v"]) == (["q1", "q2"], ["w1", "w2"])
@@ -671,14 +656,9 @@ NO_DRAFT = {
 
 
 @pytest.mark.parametrize("case", NO_DRAFT)
-def test_draft_without_content_is_not_written(
-    crosscheck, case, tmp_path, monkeypatch, snapshot: SnapshotAssertion
-):
-    monkeypatch.chdir(tmp_path)
-    answer = ask_for_draft(crosscheck, NO_DRAFT[case], Path())
-    assert_one_line(answer)
-    assert not Path("new").exists()
-    assert answer.err == snapshot
+def test_draft_without_content_is_not_written(refuse, case, snapshot: SnapshotAssertion):
+    files = {"unit.fmu": zipped({DESCRIPTION: NO_DRAFT[case]})}
+    assert refuse("trial --ask unit.fmu --out new", files) == snapshot
 
 
 def test_no_code_of_a_unit_runs_unasked(crosscheck, tmp_path):

@@ -12,12 +12,7 @@ import pytest
 
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
-from crosscheck.trial.source.sandbox import (
-    MEMORY,
-    enter_sandbox,
-    freeze,
-    limit_processor_time,
-)
+from crosscheck.trial.source.sandbox import MEMORY, enter_sandbox, freeze, limit_processor_time
 
 
 def swallow(folder):
@@ -49,10 +44,7 @@ FORBIDDEN = {
     "end another": lambda folder: os.kill(os.getppid(), 0),
     "swallow": swallow,
 }
-ENDLESS = {
-    "TooSlow": never_end,
-    "MemoryError": lambda folder: np.ones(MEMORY),
-}
+ENDLESS = {"TooSlow": never_end, "MemoryError": lambda folder: np.ones(MEMORY)}
 
 
 @dataclass(frozen=True)
