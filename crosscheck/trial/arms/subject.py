@@ -172,7 +172,7 @@ class ArmSubject(TrialSubject):
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
         explanations = list[str]()
-        if wrong_parts and not readings and self._is_a_robots:
+        if wrong_parts and not readings and self._is_searched_by_numbers:
             level, explanations = self._find_changes(level, distances)
         here = self._compare(level)
         is_explained = bool(readings or explanations) or not level
@@ -202,10 +202,10 @@ class ArmSubject(TrialSubject):
         )
 
     @property
-    def _is_a_robots(self) -> bool:
-        """Whether changes of the arm's robot are looked for: of answers without a source.
+    def _is_searched_by_numbers(self) -> bool:
+        """Whether other numbers of the arm's file are tried, for answers without a source.
 
-        They are those of a rigid arm in a linear map of the joints' angles.
+        That is for a rigid arm in a linear map of the joints' angles.
         """
         equations, matrix = self.problem.equations, self.problem.frame.matrix
         has_source = equations.any_arm and equations.table is None
