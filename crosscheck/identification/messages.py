@@ -118,7 +118,7 @@ def _describe_judgement(
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
-        nearest = f" of {least.level}, the nearest," if judgement.levels[1:] else ""
+        nearest = f" of the nearest, {name(least.level)}," if judgement.levels[1:] else ""
         yield f"With the file's numbers the residual{nearest} is {left}."
     else:
         yield f"{none}, and no single number explains the rest."
