@@ -70,7 +70,7 @@ def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
         reason += ", and simulated runs leave the record at once"
     yield (
         f"The recording cannot tell whether the {noun} is right: {reason}. It is too short or too"
-        " noisy, or the units of time, angles or torques are wrong."
+        " noisy, or a unit is wrong."
     )
     yield from _describe_runs(comparison)
     for side in comparison.judged_sides:
