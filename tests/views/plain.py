@@ -7,7 +7,8 @@ from tests.views.walker import Page
 # Numbers that rounding may change: with decimals or an exponent, of three digits or more, zero, and
 # how many digits agree or members are run a second.
 MEASURED = re.compile(
-    r"(?<![\w./])[-+]?(?:\d+\.\d+(?:e[-+]?\d+)?|\d+e[-+]?\d+|\d[\d,]{2,}|0(?![\w.])|\d+(?= digits| a second))"
+    r"(?<![\w./])[-+]?(?:\d+\.\d+(?:e[-+]?\d+)?|\d+e[-+]?\d+|\d[\d,]{2,}|0(?![\w.])"
+    r"|\d+(?= digits| a second))"
 )
 FOLDERS = re.compile(r"(?<![\w.])/\S+/")  # of this machine
 
