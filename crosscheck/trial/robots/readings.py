@@ -74,7 +74,7 @@ def is_nearer_absolute(
     relative = Reading("relative", "relative angles", unit, unit, unit, still)
     absolute = [each for each in list_readings(joints) if each.kind == "absolute"]
     counts = [_count_wrong(each, model, problem, tolerance) for each in (relative, *absolute)]
-    return len(counts) > 1 and 2 * counts[1] <= counts[0]
+    return len(counts) > 1 and 2 * counts[1] <= counts[0] > 0
 
 
 def _count_wrong(

@@ -250,10 +250,8 @@ def compare_entries(problem: VerificationProblem, level: str, results: Results) 
             user_values[quantity], reference_values[quantity] = user_answer, right
     whole = None
     if "rate_terms" in user_values:
-        answer, right = (
-            results.get(problem.ask_equations("bias")),
-            problem.find_right(level, "bias"),
-        )
+        answer = results.get(problem.ask_equations("bias"))
+        right = problem.find_right(level, "bias")
         whole = None if answer is None or right is None else (answer, right)
     return EntryComparison(problem, level, results, user_values, reference_values, whole_bias=whole)
 
