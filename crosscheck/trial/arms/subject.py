@@ -175,12 +175,13 @@ class ArmSubject(TrialSubject):
         if wrong_parts and not readings and self._is_searched_by_numbers:
             level, explanations = self._find_changes(level, distances)
         here = self._compare(level)
-        is_explained = bool(readings or explanations) or not level
-        is_open = wrong_parts and not is_explained and problem.equations.has_open_angles
+        is_explained = bool(readings or explanations)
+        is_open = bool(wrong_parts and level) and not is_explained
+        is_open = is_open and problem.equations.has_open_angles
         if is_open and is_nearer_absolute(problem, values, level):
             entries = [name_entry(each, problem.names, ()) for each in here.wrong_entries]
             return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
-        if readings or explanations:
+        if is_explained:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
             diagnosis = diagnose(here, self._compare_probes(level), self.perform)
@@ -192,8 +193,8 @@ class ArmSubject(TrialSubject):
         return TrialDiagnosis(
             level,
             wrong,
-            () if readings or explanations else tuple(describe_entries(wrong)),
-            () if readings or explanations else tuple(describe_unexplained(wrong)),
+            () if is_explained else tuple(describe_entries(wrong)),
+            () if is_explained else tuple(describe_unexplained(wrong)),
             explanations=tuple(explanations),
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),

@@ -118,11 +118,12 @@ def list_all_numbers(robot: Robot) -> Iterator[RobotNumber]:
         for field in LINK_FIELDS:
             for entry in field.entries:
                 path: Path = (*field.path, entry) if entry else field.path
-                name, where = f"{part.name}: {field.words.format(entry)}", (part.name, *path)
+                name = f"{part.name}: {field.words.format(entry)}"
+                where = ".".join(map(str, ("links", part.name, *path)))
                 size = max(float(np.abs(get_value(part.in_link, field.path)).max()), field.size)
                 value, put = float(get_value(part.in_link, path)), partial(build_robot, part, path)
                 if size:
-                    yield RobotNumber(".".join(map(str, where)), name, field.unit, value, size, put)
+                    yield RobotNumber(where, name, field.unit, value, size, put)
 
 
 def list_part_mistakes(robot: Robot, part: BodyPart) -> dict[str, RobotBody]:
