@@ -115,9 +115,9 @@ def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away(
 
 # What a wrong column of a turning joint is: factors on the velocity and on w.
 COLUMNS = {
-    "left out of velocity and w": (0, 0),
-    "left out of the velocity": (0, 1),
-    "left out of w": (1, 0),
+    "its Jacobian": (0, 0),
+    "its centre's velocity": (0, 1),
+    "its angular velocity": (1, 0),
 }
 
 
@@ -126,7 +126,7 @@ def test_a_wrong_column_of_a_jacobian_is_what_its_words_say(words):
     """The first joint's, of the second link: its mass matrix by hand."""
     robot, (q, v) = two_link.robot(), np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
     steps = StepTable(KaneSum(robot, q, v), list_body_parts(robot)).list_steps()
-    change = steps[f"its Jacobian's column of j1, {words}"]["b"].mass_matrix
+    change = steps[f"joint j1 left out of {words}"]["b"].mass_matrix
     by_velocity, by_w = COLUMNS[words]
     for at, changed in require_items(list(zip(q, change, strict=True))):
         elbow, second = (

@@ -53,7 +53,7 @@ MOST_SCREENED = 64  # places of a row, those of the largest differences, at whic
 LINEAR = 1e-9
 MOST_NAMED = 3  # entries that are named one by one
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
-MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
+MOST_EQUALS = 2  # causes in one sentence that no state distinguishes
 LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 
 
@@ -394,23 +394,23 @@ def find_rarer_explanations(
 
 
 def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
-    """Sentences on causes in one place: the usual one first, then its equals in one line.
+    """Sentences on causes in one place, the usual ones first.
 
     Beside a usual one no number is named that nobody would have written.
     """
     usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
-    for cause in usual[:1]:
-        place = PART_TITLES.get(where, where)
-        missing = f"{cause.missing} is missing in {place}"
-        yield missing if cause.missing else f"in {place} alone, as with {cause.words}"
-    if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
-        also = "would also be explained" if usual else "would be explained"
-        yield f"{where} alone {also} by {list_equals(others)}"
+    place, named, also = PART_TITLES.get(where, where), usual or causes, ""
+    if named and named[0].missing:
+        yield f"{named[0].missing} is missing in {place}"
+        named, also = named[1:], " also"
+    if named:
+        words = list_equals([cause.words for cause in named])
+        yield f"{place} alone would{also} be explained by {words}"
 
 
 def list_equals(causes: Sequence[str]) -> str:
-    """The first two causes that no state distinguishes from the one that is named."""
-    return " or ".join(causes[:MOST_EQUALS])
+    """The first two of causes that no state distinguishes, in words after `by`."""
+    return ", or by ".join(causes[:MOST_EQUALS])
 
 
 def _join_names(names: Sequence[str], there: Sequence[str]) -> str:

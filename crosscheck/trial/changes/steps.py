@@ -17,11 +17,12 @@ from crosscheck.trial.changes.kane import FACTORS, BodyMotion, KaneSum, WorldBod
 from crosscheck.trial.changes.mistakes import BodyPart, list_part_mistakes
 from crosscheck.trial.changes.problem import DynamicsTerms
 
-# A body without all columns of its Jacobian in words, by what these are left out of.
+ITS_JOINT = "its own joint"
+# A joint left out of a body's motion, and what a body is without all of them.
 WITHOUT = {
-    "left out of velocity and w": "left out",
-    "left out of the velocity": "left out, but for its inertia about its centre",
-    "left out of w": "its inertia about its centre left out",
+    "{} left out of its Jacobian": "left out",
+    "{} left out of its centre's velocity": "left out, but for its inertia about its centre",
+    "{} left out of its angular velocity": "its inertia about its centre left out",
 }
 Steps = dict[str, dict[str, DynamicsTerms]]  # changes of the terms, by words and what has them
 
@@ -95,7 +96,7 @@ class StepTable:
         """
         whole: dict[str, dict[str, BodyMotion]] = {}
         last_columns: Steps = {}
-        share, of_joint = self.robot.joint_map[0], "its Jacobian's column of"
+        share = self.robot.joint_map[0]
         for number, joint in enumerate(self.robot.joints):
             after = self.kane.list_after(number)
             for name, part in self.parts.items():
@@ -107,17 +108,16 @@ class StepTable:
                 for words, moving, turning in self._list_columns(number, joint, point):
                     columns = [each[:, :, None] * share[number] for each in (moving, turning)]
                     changed = _add_columns(right, *columns).compute_terms().minus(terms)
-                    steps.setdefault(f"{of_joint} {joint.name}, {words}", {})[name] = changed
+                    steps.setdefault(words.format(f"joint {joint.name}"), {})[name] = changed
                     if part.number == number:
-                        last = f"{of_joint} its own joint, {words}"
-                        last_columns.setdefault(last, {})[name] = changed
+                        last_columns.setdefault(words.format(ITS_JOINT), {})[name] = changed
                     motions = whole.setdefault(words, {})
                     motions[name] = _add_columns(motions.get(name, right), *columns)
         steps |= last_columns
         slides = any(joint.kind != "revolute" for joint in self.robot.joints)
         without = {} if slides else WITHOUT  # a joint that slides has no column in w
         for words, motions in whole.items():
-            steps[without.get(words, f"every column of its Jacobian, {words}")] = {
+            steps[without.get(words, words.format("every joint"))] = {
                 name: motion.compute_terms().minus(self._terms[name])
                 for name, motion in motions.items()
             }
@@ -130,13 +130,14 @@ class StepTable:
         axis, arm = pose.rotation @ joint.axis, point - pose.position
         is_turning = joint.kind == "revolute"
         moving, turning = (cross(axis, arm), axis) if is_turning else (axis, still)
-        yield "left out of velocity and w", -moving, -turning
+        whole, centre, spin = WITHOUT
+        yield whole, -moving, -turning
         if is_turning:
-            yield "left out of the velocity", -moving, still
-            yield "left out of w", still, -turning
+            yield centre, -moving, still
+            yield spin, still, -turning
         off = still + joint.axis - axis
         changes = (cross(off, arm), off) if is_turning else (off, still)
-        yield "its axis not turned to the base's axes", *changes
+        yield "the axis of {} in its Jacobian not turned to the base's axes", *changes
 
 
 def _list_weights(right: BodyMotion) -> Iterator[tuple[str, BodyMotion]]:

@@ -35,6 +35,7 @@ UNITS = (1e3, 1e-3, 10.0, 0.1, math.pi / 180, 180 / math.pi)  # factors of a num
 SIMILAR = 0.6  # least similarity of two names, by difflib's ratio
 MOST_TURNED = 3  # elements that change places all together
 SHORT = 2  # letters of names as formulas have them
+NUMBERED = re.compile(r"[^\W\d]{1,3}_?(\d+)")  # a name of few letters, and its number
 MATRIX_LENGTH = 3  # of a matrix's kind: the word, and two lengths
 Texts: TypeAlias = Iterator[str]
 
@@ -107,6 +108,8 @@ def _is_near(text: str, other: str, kind: Kind) -> bool:
     is_short = max(len(text), len(other)) <= SHORT and (
         text[0] == other[0] or text[1:] == other[1:]
     )
+    ends = [NUMBERED.fullmatch(each) for each in (text, other)]  # lc2 and L2
+    is_short |= all(ends) and len({end and end[1] for end in ends}) == 1
     return is_short or difflib.SequenceMatcher(None, text, other).ratio() > SIMILAR
 
 

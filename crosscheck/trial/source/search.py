@@ -365,6 +365,16 @@ class EditSearch:
                     return sorted(pair, key=lambda each: each.edit.node.lineno)
         return []
 
+    def _list_equivalents(self, pair: Sequence[MendingEdit]) -> list[MendingEdit]:
+        """Edits of the same statement that mend what one of a pair mends, the likeliest first."""
+        groups = {(id(self.tree.statement(each.edit.node)), each.wrong) for each in pair}
+        others = (
+            each
+            for each in sorted(self.mending, key=get_badness)
+            if each not in pair and (id(self.tree.statement(each.edit.node)), each.wrong) in groups
+        )
+        return list(islice(others, MOST_ALTERNATIVES))
+
     @cached_property
     def pair(self) -> MendingPair | None:
         """Two edits that make all right and whose effects add up; None without any."""
@@ -416,7 +426,9 @@ class EditSearch:
             edits = self._select_by_statement(edits) if is_unequal else edits
             return self._make_answer(edits, is_unequal)
         if pair := self._find_pair():
-            return SourceAnswer(tuple(map(self._describe, pair)), is_unequal=is_unequal)
+            others = [] if is_unequal else self._list_equivalents(pair)
+            described, alternatives = (tuple(map(self._describe, each)) for each in (pair, others))
+            return SourceAnswer(described, alternatives, is_unequal=is_unequal)
         right_here = [each for each in self.mending if each.is_right_here]
         telling = right_here or [each for each in self.mending if self._mends_much(each)]
         best = sorted(telling, key=get_badness)[: None if right_here else 1]
