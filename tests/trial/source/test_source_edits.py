@@ -285,6 +285,22 @@ def test_two_errors_are_one_answer(tmp_path):
     assert sentence.endswith("then all parts agree")
 
 
+def test_of_two_errors_each_edit_that_says_the_same_is_offered(tmp_path):
+    """Where the link is twice as long as its centre is far, a factor would do as well."""
+    text = """
+def make():
+    lc2, L2, k = 0.375, 0.75, 1.3
+    def lift(q):
+        return [k * lc2 * q[0]]
+    def pull(q):
+        return [k + L2 * q[1]]
+    return {"lift": lift, "pull": pull}
+"""
+    answer = search(tmp_path, text, ("+ L2", "+ lc2"), ("k * lc2 * q[0]", "k * lc2 * q[1]"))
+    assert [each.remedy for each in answer.edits] == ["q[1] should be q[0]", "lc2 should be L2"]
+    assert "lc2 * q[1] should be 2 * lc2 * q[1]" in [each.remedy for each in answer.alternatives]
+
+
 def test_an_error_that_another_one_hides_is_found_once_that_is_mended(tmp_path):
     """Of two in weights, the second mends no entry as long as the first is there."""
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("s * q[1]", "s * q[0]"))
