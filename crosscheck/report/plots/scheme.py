@@ -58,14 +58,16 @@ def draw_robot(robot: Robot) -> str:
     at, _ = _fit_points([complex(right, up) for right, up in shown])
     feet, joint_points, rod_points = at[0], at[1 : len(joints) + 1], at[len(joints) + 1 :]
     parts = [_draw_base(feet), *map(_draw_link, rod_points[::2], rod_points[1::2])]
-    labels: dict[complex, list[str]] = {}
+    labels: dict[complex, list[tuple[str, complex]]] = {}
     for number, (joint, here) in enumerate(zip(robot.joints, joint_points, strict=True), 1):
         kind = "motor" if joint.kind == "revolute" else "slide"
         parts.append(_draw_circle(here, LEAST_MOTOR, kind))
         close = next((each for each in labels if abs(each - here) < 3 * LEAST_MOTOR), here)
-        labels.setdefault(close, []).append(str(number))
-    for here, numbers in labels.items():
-        place = f'x="{here.real + 10:.1f}" y="{here.imag - 10:.1f}"'
+        labels.setdefault(close, []).append((str(number), here))
+    for group in labels.values():
+        numbers, points = zip(*group, strict=True)
+        right, top = max(each.real for each in points), min(each.imag for each in points)
+        place = f'x="{right + 10:.1f}" y="{top - 4:.1f}"'
         parts.append(f"<text {place}>{', '.join(numbers)}</text>")
     return _make_picture(parts, repr(robot).splitlines())
 
