@@ -23,7 +23,6 @@ from crosscheck.identification.estimation import (
     PartFit,
     fit_linear,
     fit_part,
-    joint_rms,
 )
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.forward import Window, run_windows
@@ -105,11 +104,10 @@ class SideResult:
     whose torque is measured; estimates: of all terms but links; contained: terms that links make
     up; alike: pairs of terms that this motion makes one; concerned: terms that the motion hardly
     shows, where it does so; threshold: how many errors a rotor or a delay is above 0, a factor from
-    1, to be named; bands: at half and twice the bandwidth; taken, left (measured,): independent
-    values of a joint that parameters take up, and those left; samples, residual and shown (rows,
-    measured): of the full model, and which rows say something: those where the joint moves;
-    excitation: a motion that shows more, where this one does not show every parameter of identified
-    links; refinement: with what else is known of these.
+    1, to be named; bands: at half and twice the bandwidth; samples, fit: rows, and the fit of the
+    full model, by those rows of a joint in which it moves; excitation: a motion that shows more,
+    where this one does not show every parameter of identified links; refinement: with what else is
+    known of these.
     """
 
     side: Side
@@ -117,20 +115,15 @@ class SideResult:
     names: tuple[str, ...]
     measured: tuple[str, ...]
     bandwidth: float
-    blocks: int
     steps: tuple[PartFit, ...]
     estimates: tuple[TermEstimate, ...]
     contained: tuple[TorqueTerm, ...]
     alike: tuple[tuple[TorqueTerm, TorqueTerm], ...]
-    condition: float
     concerned: tuple[str, ...]
     threshold: float
     bands: tuple[BandResult, ...]
-    taken: np.ndarray
-    left: np.ndarray
     samples: BandSample
-    residual: np.ndarray
-    shown: np.ndarray
+    fit: LinearFit
     excitation: Excitation | None = None
     refinement: Refinement | None = None
     judgement: FileJudgement | None = None
@@ -148,8 +141,7 @@ class SideResult:
     def unexplained(self) -> np.ndarray:
         """Residuals (measured,) of the full model over the torques' variation, both rms."""
         torque = self.samples.torque[:, [self.names.index(name) for name in self.measured]]
-        rms = joint_rms(self.residual, self.shown.sum(axis=0))
-        return rms / np.std(torque, axis=0, where=self.shown)
+        return self.fit.sigma / np.std(torque, axis=0, where=self.fit.shown)
 
     @property
     def is_excited(self) -> bool:
@@ -191,7 +183,9 @@ class SideResult:
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
         """Joints whose residual exceeds that of another treatment of links, with the ratio."""
         ratios = self.steps[-1].rms / other.steps[-1].rms
-        return find_worse_joints(self.measured, ratios, other.taken - self.taken, other.left)
+        return find_worse_joints(
+            self.measured, ratios, other.fit.taken - self.fit.taken, other.fit.left
+        )
 
     @property
     def impossible(self) -> tuple[TermEstimate, ...]:
@@ -637,23 +631,18 @@ def _judge_side(problem: _Problem, bandwidth: float, knowledge: Knowledge) -> Si
         names=tuple(problem.robot.coordinate_names),
         measured=problem.names,
         bandwidth=bandwidth,
-        blocks=len(full.edges) - 1,
         steps=tuple(steps),
         estimates=estimates,
         contained=problem.basis.contained,
         alike=columns.alike,
-        condition=full.condition,
         concerned=concerned,
         threshold=find_threshold(estimates, full),
         bands=tuple(
             replace(band, estimates=tuple(e for e in band.estimates if e.term.kind in NAMED_KINDS))
             for band in bands
         ),
-        taken=full.taken,
-        left=full.left,
         samples=samples,
-        residual=full.residual,
-        shown=full.shown,
+        fit=full,
         excitation=excitation,
         refinement=(
             refine(_record_torque(problem, samples, full), knowledge)

@@ -53,6 +53,11 @@ class LinearFit:
     edges: np.ndarray
 
     @property
+    def blocks(self) -> int:
+        """Number of blocks of the record that errors are estimated by."""
+        return len(self.edges) - 1
+
+    @property
     def interval(self) -> float:
         """How many standard errors are half of a 95 % interval."""
         return self.quantile((1 + CONFIDENCE) / 2)

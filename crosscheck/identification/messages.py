@@ -230,7 +230,7 @@ def _describe_side(side: SideResult, has_gears: bool = True) -> Iterator[str]:
     where = SIDE_PHRASES[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
-        condition, allowed = format_distinct([side.condition, EXCITED], digits=4)
+        condition, allowed = format_distinct([side.fit.condition, EXCITED], digits=4)
         what = f"The {where} cannot distinguish rotors from links: the" if has_gears else "The"
         yield (
             f"{what} motion hardly shows {names} (condition number {condition}, at most {allowed})."

@@ -55,7 +55,7 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
     yield (
         f"{messages.SIDE_PHRASES[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
         f" by rows {1e3 * side.samples.step:.3g} ms apart,"
-        f" condition number {side.condition:.3g}, errors by {side.blocks} blocks"
+        f" condition number {side.fit.condition:.3g}, errors by {side.fit.blocks} blocks"
     )
     if side.judgement is not None:
         for each in (*side.judgement.levels, *side.judgement.changes):
@@ -155,7 +155,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "joints": side.measured,
         "bandwidth_hz": side.bandwidth,
         "rows_apart_s": side.samples.step,
-        "condition_number": side.condition,
+        "condition_number": side.fit.condition,
         "hardly_shown": side.concerned,
         "suggested_motion": _excitation_content(side),
         "with_prior_or_unknowns": _refinement_content(side),
@@ -163,7 +163,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "contained_in_links": [each.name for each in side.contained],
         "with_the_files_numbers": _judgement_content(side.judgement),
         "unexplained": side.unexplained,
-        "blocks": side.blocks,
+        "blocks": side.fit.blocks,
         "t_of_a_rotor": side.threshold,
         "steps": [
             {
@@ -300,8 +300,8 @@ def draw_residual(side: SideResult) -> str:
     time = np.repeat(samples.step * np.arange(len(samples.q))[:, None], len(places), axis=1)
 
     def draw_against(signals: np.ndarray, row: int, axes: Axes) -> None:
-        shown = side.shown[:, row]
-        axes.plot(signals[shown, row], side.residual[shown, row], ".", ms=3, alpha=0.7)
+        shown = side.fit.shown[:, row]
+        axes.plot(signals[shown, row], side.fit.residual[shown, row], ".", ms=3, alpha=0.7)
         axes.axhline(0.0, color="0.6", lw=0.6)
 
     columns = [

@@ -110,7 +110,7 @@ def wrong_estimates() -> Iterator[str]:
     best = judgement.best
     if (best.level, best.parameter and best.parameter.path) != (LEVEL, PAYLOAD):
         yield f"explained by {best}"
-    rms = np.sqrt((side.residual**2).sum(axis=0) / side.shown.sum(axis=0))
+    rms = np.sqrt((side.fit.residual**2).sum(axis=0) / side.fit.shown.sum(axis=0))
     given = [each for each in judgement.changes if each.level == LEVEL]
     for each in given:
         assert each.parameter is not None
@@ -137,7 +137,7 @@ def _estimate(own: Restriction, path: str, rms: np.ndarray) -> Iterator[str]:
     yield from apart("ratios", own.ratios, fit.rms / rms)
     yield from apart("friction", [each.value for each in own.friction], fit.values[:-1], 1e-5)
     side = kept().comparison.sides[0]
-    surprise = (side.taken + side.left) @ np.log((fit.rms / rms) ** 2)
+    surprise = (side.fit.taken + side.fit.left) @ np.log((fit.rms / rms) ** 2)
     yield from apart("surprise", own.surprise, surprise, 1e-5)
 
 

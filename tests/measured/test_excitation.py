@@ -68,7 +68,7 @@ def test_a_poor_motion_asks_for_another(poor):
     assert not poor.is_excited
     assert poor.excitation is not None
     assert poor.excitation.condition < EXCITED
-    assert poor.condition > 10 * poor.excitation.condition
+    assert poor.fit.condition > 10 * poor.excitation.condition
 
 
 def test_the_condition_number_is_that_of_the_written_file(robot, poor):
@@ -110,7 +110,7 @@ def test_the_condition_number_is_that_of_the_written_file(robot, poor):
     terms = [random.terms[n].name for n in find_basis(random, kinds).chosen]
     order = [*(term.name for term in random.terms[:30]), *names, "delay of all torques"]
     every = every[:, :, [order.index(name) for name in terms]]
-    sigma = np.sqrt((poor.residual**2).sum(axis=0) / poor.shown.sum(axis=0))
+    sigma = np.sqrt((poor.fit.residual**2).sum(axis=0) / poor.fit.shown.sum(axis=0))
     size = np.sqrt((every**2).sum(axis=(0, 1)))
     singular = np.linalg.svd((every / size / sigma[:, None]).reshape(-1, len(terms)))[1]
     assert poor.excitation.condition == pytest.approx(singular[0] / singular[-1], rel=1e-6)

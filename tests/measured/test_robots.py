@@ -66,7 +66,7 @@ def test_a_second_program_estimates_the_same(robot, coupled):
         scale = max(abs(each.value), each.error)
         assert second.values[name] == pytest.approx(each.value, rel=1e-8, abs=1e-8 * scale)
         assert second.errors[name] == pytest.approx(each.error, rel=1e-8)
-    rms = np.sqrt((side.residual**2).sum(axis=0) / side.shown.sum(axis=0))
+    rms = np.sqrt((side.fit.residual**2).sum(axis=0) / side.fit.shown.sum(axis=0))
     assert rms == pytest.approx(second.rms, rel=1e-8)
     # Torques were made with a rotor and without a delay, whose step comes before.
     left = {step.name: step.weighted for step in side.steps}
@@ -103,7 +103,7 @@ def test_of_a_joint_whose_torque_is_not_measured_the_motion_alone_counts(robot):
     for number in (1, 3):
         found = named[f"coulomb of j{number}"]
         assert abs(found.value - COULOMB[number - 1]) < 2 * found.half_width
-    assert side.shown.shape[1] == side.residual.shape[1] == 2
+    assert side.fit.shown.shape[1] == side.fit.residual.shape[1] == 2
     assert (side.names, side.measured) == (("j1", "j2", "j3"), ("j1", "j3"))
 
 

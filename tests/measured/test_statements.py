@@ -21,7 +21,8 @@ def test_a_joint_is_worse_beyond_fishers_chance():
     robot = arm()
     identified, scaled = both_sides(robot, recording(robot, "links", seconds=8.0))
     further, left, joints = 6.0, 30.0, len(identified.measured)
-    identified = replace(identified, taken=scaled.taken + further, left=np.full(joints, left))
+    fit = replace(identified.fit, taken=scaled.fit.taken + further, left=np.full(joints, left))
+    identified = replace(identified, fit=fit)
     limit = np.sqrt(1 + further / left * f.ppf(1 - LEVEL / joints, further, left))
     for by, joints_worse in ((0.999, ()), (1.001, identified.measured)):
         last = scaled.steps[-1]._replace(rms=by * limit * identified.steps[-1].rms)

@@ -55,7 +55,8 @@ def side(**changes: Any) -> Any:
 
 
 def poor(names: str, condition: float, suggested: Any = None) -> Any:
-    return side(is_excited=False, concerned=tuple(names), condition=condition, excitation=suggested)
+    fit = made(condition=condition)
+    return side(is_excited=False, concerned=tuple(names), fit=fit, excitation=suggested)
 
 
 def suggest(seed: int, period: float, condition: float) -> Any:
@@ -160,8 +161,7 @@ def test_an_error_that_other_bands_make_stands_beside_its_estimate(snapshot: Sna
     given = side(
         bandwidth=4.0,
         samples=made(step=0.0123),
-        condition=56.7,
-        blocks=20,
+        fit=made(condition=56.7, blocks=20),
         steps=(),
         estimates=(FACTOR, apart),
         bands=(made(bandwidth=2.0, estimates=(FACTOR,)), made(bandwidth=8.0, estimates=())),

@@ -71,7 +71,7 @@ def list_facts(comparison: RecordComparison) -> Iterator[Fact]:
 
 def _list_side(side: SideResult) -> Iterator[Fact]:
     numbers = {"bandwidth_hz": side.bandwidth, "rows_apart_s": side.samples.step}
-    numbers |= {"blocks": side.blocks, "condition_number": side.condition}
+    numbers |= {"blocks": side.fit.blocks, "condition_number": side.fit.condition}
     yield from (Fact(value, name) for name, value in numbers.items())
     yield Fact(side.threshold, "t_of_a_rotor")
     for share in side.unexplained:
