@@ -140,7 +140,7 @@ def _run_once(
         trial = _judge_subject(subject, request)
     if not trial.diagnosis.is_nearer_absolute:
         return trial
-    equations = replace(request.equations, coordinates=Coordinates(links="absolute"))
+    equations = request.equations.read_in(Coordinates(links="absolute"))
     again = _run_once(subjects, progress, replace(request, equations=equations))
     relative, absolute = (len(each.diagnosis.entries) for each in (trial, again))
     entries = "1 entry is" if absolute == 1 else f"{absolute} entries are"

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
+from itertools import permutations, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,8 @@ from crosscheck.models.robot.tree import merge_bodies
 from crosscheck.models.robot.urdf import read_urdf, roll_pitch_yaw
 from crosscheck.trial.changes.numbers import (
     AXES,
+    INERTIA,
+    INERTIA_ORDERS,
     LINK_FIELDS,
     Path,
     RobotNumber,
@@ -37,6 +39,7 @@ from crosscheck.trial.changes.numbers import (
     name_part,
     put_value,
     rotate_by,
+    set_entry,
 )
 
 UPPER = np.triu_indices(3)
@@ -173,6 +176,12 @@ def _confuse_body(body: RobotBody, axes: np.ndarray) -> Iterator[tuple[str, Robo
     }
     for words, inertia in inertia_of.items():
         yield words, replace(body, inertia=inertia)
+    for order, other in permutations(INERTIA_ORDERS, 2):
+        mixed = np.zeros((3, 3))
+        for entry, read in zip(order, other, strict=True):
+            mixed = set_entry(mixed, INERTIA[read], stated[INERTIA[entry]])
+        words = f"its inertias {', '.join(order)} read as {', '.join(other)}"
+        yield words, replace(body, inertia=axes @ mixed @ axes.T)
 
 
 def list_frame_mistakes(robot: Robot, level: Level) -> Iterator[RobotMistake]:

@@ -15,6 +15,14 @@ from crosscheck.models.robot.robot import Robot, RobotBody
 
 AXES = "xyz"
 INERTIA = {a + b: (AXES.index(a), AXES.index(b)) for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")}
+# Orders in which programs list an inertia: rows of the upper triangle, as URDF; MJCF's fullinertia;
+# Voigt's of strains; rows of the lower triangle.
+INERTIA_ORDERS = (
+    ("xx", "xy", "xz", "yy", "yz", "zz"),
+    ("xx", "yy", "zz", "xy", "xz", "yz"),
+    ("xx", "yy", "zz", "yz", "xz", "xy"),
+    ("xx", "xy", "yy", "xz", "yz", "zz"),
+)
 ALIKE = 1e-6  # relative tolerance between equal numbers
 # Values of a number that somebody may have written by mistake, as parts of the right one.
 USUAL = {-1.0: "with the opposite sign", 0.0: "left out", 0.5: "half", 2.0: "twice"}

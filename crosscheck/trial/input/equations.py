@@ -184,6 +184,18 @@ class Equations:
         is_code = self.table is None and self.symbolic is None
         return is_code and self.coordinates.matrix is None and self.coordinates == Coordinates()
 
+    def read_in(self, coordinates: Coordinates) -> Equations:
+        """The same functions, read in other coordinates on this arm and on any other."""
+        rebuild = self.rebuild
+        if rebuild is None:
+            return replace(self, coordinates=coordinates)
+        return replace(
+            self,
+            coordinates=coordinates,
+            rebuild=lambda arm, scenario: rebuild(arm, scenario).read_in(coordinates),
+            rebuilt_as=(),
+        )
+
     def adapt_to_arm(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
         if self.rebuild is None:

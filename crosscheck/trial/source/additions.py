@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ast
-import copy
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import combinations, permutations, product
 
@@ -13,6 +12,7 @@ from crosscheck.trial.source.changes import (
     OPPOSITE,
     SIMPLE,
     Texts,
+    list_near_names,
     write_exchanged,
 )
 from crosscheck.trial.source.site import (
@@ -153,31 +153,30 @@ def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> T
         yield from (f"{write_operand(site.node)} {sign} {text}" for sign in OPPOSITE)
 
 
-def list_like_summands(site: Site) -> Texts:
-    """A sum with a summand more that is like one of its own, of names with another ending.
+def list_like_summands(site: Site, *, inner: bool) -> Texts:
+    """A sum or a product with a summand more that is like its own but for a name or two.
 
-    So m2 * y2 of a body has its like, mp * yp, of the payload.
+    So m2 * y2 of a body has its like, mp * yp, of the payload. inner: of the innermost products.
     """
-    if not is_sum(site.node) or is_sum(site.parent):
+    is_inner = is_product(site.node) and not any(map(is_product, ast.iter_child_nodes(site.node)))
+    is_outer = is_sum(site.node) or (is_product(site.node) and not is_product(site.parent))
+    if is_sum(site.parent) or not (is_inner if inner else is_outer):
         return
-    names = {text for text, _ in site.scope.list_leaves() if text.isidentifier()}
-    last = site.node.right
-    inside = {n.id for n in ast.walk(last) if isinstance(n, ast.Name)} & names
-    endings = {name[1:] for name in names} | {name[2:] for name in names}
-    for old in {name[-1] for name in inside}:
-        for new in sorted(endings - {old, ""}):
-            other = {name: name[:-1] + new for name in inside if name.endswith(old)}
-            if set(other.values()) <= names and len(other) > 1:
-                yield f"{site.text} + {_rename(last, other)}"
+    for summand in _split_sum(site.node):
+        leaves = [node for node in ast.walk(summand) if site.tree.is_leaf(node)]
+        near = {ast.unparse(node): list_near_names(Site(site.tree, node)) for node in leaves}
+        others = {text: [n for n in names if n not in near] for text, names in near.items()}
+        for changed in (*combinations(others, 1), *combinations(others, 2)):
+            for names in product(*(others[each] for each in changed)):
+                exchanged = dict(zip(changed, names, strict=True))
+                pairs = [(node, exchanged.get(ast.unparse(node), "")) for node in leaves]
+                if len({*names}) == len(names):
+                    like = write_exchanged(Site(site.tree, summand), [p for p in pairs if p[1]])
+                    yield f"{write_operand(site.node)} + {like}"
 
 
-def _rename(node: ast.AST, other: Mapping[str, str]) -> str:
-    """The text of an expression with other names."""
-    renamed = copy.deepcopy(node)
-    for each in ast.walk(renamed):
-        if isinstance(each, ast.Name):
-            each.id = other.get(each.id, each.id)
-    return ast.unparse(renamed)
+def _split_sum(node: ast.AST) -> list[ast.AST]:
+    return [*_split_sum(node.left), *_split_sum(node.right)] if is_sum(node) else [node]
 
 
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:

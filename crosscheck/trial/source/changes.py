@@ -9,9 +9,10 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cache
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import TypeAlias
 
+from crosscheck.trial.changes.numbers import INERTIA_ORDERS
 from crosscheck.trial.source.site import (
     Site,
     get_sign,
@@ -82,6 +83,12 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
         is_other = is_other and (other.isidentifier() or not is_object)
         if is_other and near == _is_near(text, other, kind):
             yield other
+
+
+def list_near_names(site: Site) -> list[str]:
+    """The names, attributes or elements of its kind that one may be mistaken for."""
+    kinds = {name: kind for name, kind in site.scope.list_leaves() if site.can_be(kind)}
+    return [name for name in kinds if name != site.text and _is_near(site.text, name, kinds[name])]
 
 
 def _write_opposed(site: Site) -> str:
@@ -170,7 +177,8 @@ def list_constants(site: Site) -> Texts:
     value = site.node.value if isinstance(site.node, ast.Constant) else None
     if not isinstance(value, int | float) or isinstance(value, bool):
         return
-    others = [value + 1, value - 1, -value, 2 * value, value / 2, 0, 1, 2]
+    steps = [value + 1, value - 1] if value == int(value) else []
+    others = [*steps, -value, 2 * value, value / 2, 0, 1, 2]
     if isinstance(value, float):
         converted = [value * unit for unit in UNITS]
         others += [*converted, *(float(f"{each:.2g}") for each in converted)]
@@ -329,6 +337,14 @@ def list_steps(site: Site) -> Texts:
         yield from (*(f"{site.text} {sign} 1" for sign in OPPOSITE), "0")
 
 
+def list_bounds(site: Site) -> Texts:
+    """The larger or the smaller of an index and another one."""
+    if site.is_leaf and site.kind == INDEX:
+        for other, kind in site.scope.list_leaves(written=True):
+            if kind == INDEX and other != site.text:
+                yield from (f"{bound}({site.text}, {other})" for bound in ("max", "min"))
+
+
 def list_slices(site: Site) -> Texts:
     """All up to an index, or from it; the other half of an array."""
     if isinstance(site.node, ast.Slice) and (site.node.lower is None) != (site.node.upper is None):
@@ -432,6 +448,22 @@ def list_assignments(site: Site) -> Texts:
         yield from (f"{target} {sign}= {value}" for sign in OPPOSITE)
     if isinstance(node, ast.AugAssign):
         yield f"{ast.unparse(node.target)} = {ast.unparse(node.value)}"
+
+
+def list_inertia_orders(site: Site) -> Texts:
+    """Six elements, or names that six are given, in the order that another program has."""
+    node = site.node
+    if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
+        elements, end = node.targets[0].elts, f" = {ast.unparse(node.value)}"
+    elif isinstance(node, ast.Tuple | ast.List) and isinstance(node.ctx, ast.Load):
+        elements, end = node.elts, ""
+    else:
+        return
+    for order, other in permutations(INERTIA_ORDERS, 2):
+        if len(elements) == len(order):
+            texts = dict(zip(order, map(ast.unparse, elements), strict=True))
+            listed = ", ".join(texts[entry] for entry in other)
+            yield f"[{listed}]" if isinstance(node, ast.List) else f"{listed}{end}"
 
 
 def list_neighbours(site: Site) -> Texts:

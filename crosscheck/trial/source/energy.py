@@ -3,7 +3,8 @@
 Idea: whoever derives equations by Lagrange forms T and V, or T - V, and differentiates. Difficulty:
 these derivatives take seconds, so hardly any edit could be tried. Remedy: the code up to the energy
 is code of its own, of which M is the second derivative by the rates, and gravity the first by the
-coordinates at rest. Its edits take milliseconds; what makes it right is tried on the whole.
+coordinates at rest. Its edits take milliseconds; what makes it right is tried on the whole. Numbers
+of symbols that are stated further down are part of it.
 """
 
 from __future__ import annotations
@@ -66,11 +67,18 @@ def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
         values = dict(_list_expressions(scope, symbolic.x, symbolic.v))
         roles = _find_roles(values, symbolic)
         names = [name for name in roles[:2] if name]
-        end = _find_end(scope, code.statements, names) if names else None
+        body = getattr(scope.node, "body", None) or code.statements
+        end = _find_assignment(body, names)
         if end is not None:
             make = functools.partial(_make_equations, equations=equations, roles=roles)
-            return _cut_code(code, scope, end, list(dict.fromkeys(names)), make)
+            numbers = (n for n, each in scope.values.items() if _is_equal(each, symbolic.values))
+            return _cut_code(code, scope, end, [*dict.fromkeys(names)], next(numbers, ""), make)
     return None
+
+
+def _is_equal(value: Any, numbers: Mapping[Any, float | str]) -> bool:
+    """Whether a variable is the numbers of all symbols."""
+    return isinstance(value, dict) and bool(numbers) and value == numbers
 
 
 def _state_gravity(symbolic: Symbolic | None) -> Symbolic | None:
@@ -170,41 +178,42 @@ def _is_same(matrix: sp.Matrix, other: sp.Matrix) -> bool:
     return bool(size > 0 and np.max(np.abs(first - second)) <= CLOSE * size)
 
 
-def _find_end(
-    scope: Scope, statements: Sequence[ast.stmt], names: Sequence[str]
-) -> tuple[Sequence[ast.stmt], int] | None:
-    """Find the body of a function or file, and its last statement that assigns a name."""
-    body = getattr(scope.node, "body", None) or statements
+def _find_assignment(body: Sequence[ast.stmt], names: Sequence[str]) -> int | None:
+    """Find the last statement of a body that assigns one of some names."""
     storing = [
         number
         for number, statement in enumerate(body)
         for each in ast.walk(statement)
         if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store) and each.id in names
     ]
-    return (body, max(storing)) if storing else None
+    return max(storing, default=None)
 
 
 def _cut_code(
     code: UserCode,
     scope: Scope,
-    end: tuple[Sequence[ast.stmt], int],
+    end: int,
     names: Sequence[str],
+    numbers: str,
     make: Callable[[Sequence[Any]], Equations],
 ) -> Energies:
-    """The code that ends with its energies, of the same statements, and makes equations of them."""
-    body, number = end
-    line = body[number].end_lineno or body[number].lineno
+    """The code that ends with its energies, of the same statements, and makes equations of them.
+
+    numbers: name of the symbols' numbers, '' of none; stated behind the energies they are kept.
+    """
+    body = getattr(scope.node, "body", None) or code.statements
+    line, stating = body[end].end_lineno or body[end].lineno, _find_assignment(body, [numbers])
+    kept = [*body[: end + 1], *([body[stating]] if stating is not None and stating > end else [])]
 
     def select(defined: Mapping[str, Any]) -> Any:
-        return make([defined[name] for name in names])
+        return make([*(defined[name] for name in names), defined.get(numbers)])
 
     if not isinstance(scope.node, ast.FunctionDef):
-        kept = list(code.statements)[: number + 1]
         return Energies(replace(code, statements=kept, select=select), line)
 
     shorter = copy.copy(scope.node)
-    answer = ast.parse(f"return [{', '.join(names)}]").body[0]
-    shorter.body = [*body[: number + 1], ast.copy_location(answer, body[number])]
+    answer = ast.parse(f"return [{', '.join(names)}, {numbers or None}]").body[0]
+    shorter.body = [*kept, ast.copy_location(answer, kept[-1])]
     ast.fix_missing_locations(shorter)
     statements = [shorter if each is scope.node else each for each in code.statements]
 
@@ -223,6 +232,7 @@ def _cut_code(
 def _make_equations(values: Sequence[Any], *, equations: Equations, roles: _Roles) -> Equations:
     """Equations with M and gravity of the energies, of whose values they are differences.
 
+    values: the energies, then the numbers of their symbols or None.
     The energies take the places of a bias and of a force, by which an arm's numbers get into them.
     """
     import sympy as sp
@@ -231,15 +241,14 @@ def _make_equations(values: Sequence[Any], *, equations: Equations, roles: _Role
 
     symbolic, coordinates = equations.symbolic, equations.coordinates
     assert symbolic is not None  # as the caller has seen
-    x, v = symbolic.x, symbolic.v
+    x, v, (*energies, numbers) = symbolic.x, symbolic.v, values
     zeros = [sp.Integer(0)] * (len(x) - 1)
-    expressions = [_use_plain_symbols(sp.sympify(each), x, v) for each in values]
+    expressions = [_use_plain_symbols(sp.sympify(each), x, v) for each in energies]
     if None in expressions:
         raise ValueError("an edit's energy is not one of the coordinates and rates")
     kinetic, potential = (sp.Matrix([expressions[place], *zeros]) for place in (0, -1))
-    inner = from_sympy(
-        x, v, bias=kinetic, force=potential, values=symbolic.values, coordinates=coordinates
-    )
+    stated = symbolic.values if numbers is None else numbers
+    inner = from_sympy(x, v, bias=kinetic, force=potential, values=stated, coordinates=coordinates)
 
     def rebuild(arm: Arm, scenario: Scenario | None) -> Equations:
         bound = inner.adapt_to_arm(arm, scenario)

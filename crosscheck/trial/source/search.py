@@ -178,6 +178,7 @@ class EditSearch:
             self.edits[rank] = [
                 (edit, self._is_promising(edit.node, is_added=rank >= ADDING_RANK))
                 for edit in list_edits(self.tree, rank)
+                if not self._is_stated(edit.node)
             ]
         self._judge_edits(edit for edit, promise in self.edits[rank] if promise == is_likely)
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
@@ -188,6 +189,11 @@ class EditSearch:
         }
         if rank in solved and not is_likely and not self.answers:
             self._judge_edits(solved[rank]())
+
+    def _is_stated(self, node: ast.AST) -> bool:
+        """Whether it is a number as the file states it, which is right unless nothing else is."""
+        value = node.value if isinstance(node, ast.Constant) else None
+        return isinstance(value, float) and self.answer_keys[0].is_stated(value)
 
     def _is_promising(self, node: ast.AST, *, is_added: bool) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
