@@ -13,7 +13,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
 from crosscheck.trial.coordinates.robots import map_calls, read_frame
 from crosscheck.trial.input.calls import TAKES, call_part
-from crosscheck.trial.input.loading import build_robot_equations
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import build_robot_equations, extract_robot_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
@@ -98,6 +99,14 @@ def _make_answer_key(
         "t": np.zeros(FEW_STATES),
     }
 
+    def build(source: Any) -> Equations:
+        return extract_robot_equations(source, robot, problem.name)
+
+    def bind_symbols(equations: Equations) -> Equations:
+        from crosscheck.trial.input.symbolic import bind_to_robot  # sympy takes a while
+
+        return bind_to_robot(equations, robot)
+
     def bind(source: Any) -> Answer:
         made = build_robot_equations(source, robot, None, problem.name)
         given = problem.equations
@@ -126,7 +135,8 @@ def _make_answer_key(
     right = {
         str(each): _select_answers(problem, each, holds) for each in levels if each in problem.sizes
     }
-    return AnswerKey(bind, right, problem.names, frozenset(_list_numbers(robot)))
+    numbers = frozenset(_list_numbers(robot))
+    return AnswerKey(bind, right, problem.names, numbers, build, bind_symbols)
 
 
 def _list_numbers(robot: Robot) -> Iterator[float]:

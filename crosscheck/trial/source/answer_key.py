@@ -72,6 +72,7 @@ class AnswerKey:
         numbers: Those of the mechanism's file: what the code has in common with it is right.
         build: Makes equations alone, of those that may have symbols. It raises what their code
             raises.
+        bind_symbols: Makes functions of equations in symbols; None where they do so for an arm.
     """
 
     bind: Callable[[Any], Answer]
@@ -79,6 +80,7 @@ class AnswerKey:
     names: Sequence[str]
     numbers: frozenset[float] = frozenset()
     build: Callable[[Any], Equations] | None = None
+    bind_symbols: Callable[[Equations], Equations] | None = None
 
     def is_stated(self, number: float) -> bool:
         """Whether the file states a number of the code, and not one that code has in any case."""

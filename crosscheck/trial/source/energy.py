@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 SEED = 5  # of the numbers at which expressions are compared
 CLOSE = 1e-8  # relative difference of expressions that are the same
 STEP = 1e-30  # of complex steps
+BindSymbols = Callable[[Equations], Equations]
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,12 @@ class _Roles(NamedTuple):
     sign: int = 1
 
 
-def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
+def find_energies(
+    tree: SourceTree, equations: Equations, bind_symbols: BindSymbols | None
+) -> Energies | None:
     """The energies of a code that has run under observation; None if it has none.
 
-    equations: as the code makes them, with their symbols.
+    equations: as the code makes them, with their symbols; bind_symbols: as in AnswerKey.
     """
     symbolic = _state_gravity(equations.symbolic)
     if symbolic is None:
@@ -70,7 +73,9 @@ def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
         body = getattr(scope.node, "body", None) or code.statements
         end = _find_assignment(body, names)
         if end is not None:
-            make = functools.partial(_make_equations, equations=equations, roles=roles)
+            make = functools.partial(
+                _make_equations, equations=equations, roles=roles, bind_symbols=bind_symbols
+            )
             numbers = (n for n, each in scope.values.items() if _is_equal(each, symbolic.values))
             return _cut_code(code, scope, end, [*dict.fromkeys(names)], next(numbers, ""), make)
     return None
@@ -229,11 +234,17 @@ def _cut_code(
     return Energies(replace(code, statements=statements, select=select_factory), line)
 
 
-def _make_equations(values: Sequence[Any], *, equations: Equations, roles: _Roles) -> Equations:
+def _make_equations(
+    values: Sequence[Any],
+    *,
+    equations: Equations,
+    roles: _Roles,
+    bind_symbols: BindSymbols | None,
+) -> Equations:
     """Equations with M and gravity of the energies, of whose values they are differences.
 
-    values: the energies, then the numbers of their symbols or None.
-    The energies take the places of a bias and of a force, by which an arm's numbers get into them.
+    values: the energies, then the numbers of their symbols or None. The energies take the places of
+    a bias and of a force, by which a mechanism's numbers get into them.
     """
     import sympy as sp
 
@@ -249,23 +260,28 @@ def _make_equations(values: Sequence[Any], *, equations: Equations, roles: _Role
     kinetic, potential = (sp.Matrix([expressions[place], *zeros]) for place in (0, -1))
     stated = symbolic.values if numbers is None else numbers
     inner = from_sympy(x, v, bias=kinetic, force=potential, values=stated, coordinates=coordinates)
+    weighs = bool(roles.potential) and symbolic.gravity is None  # within a force
 
-    def rebuild(arm: Arm, scenario: Scenario | None) -> Equations:
-        bound = inner.adapt_to_arm(arm, scenario)
+    def complete(bound: Equations, whole: Equations | None) -> Equations:
+        """The equations of energies, bound to a mechanism, with the whole ones' other forces."""
         assert bound.bias is not None  # as inner has both
         assert bound.force is not None
         mass = functools.partial(_compute_mass_matrix, bound.bias)
         gravity = functools.partial(_compute_gravity, bound.force, roles.sign)
         made = Equations(
             mass_matrix=(lambda x: mass(x)) if roles.kinetic else None,
-            coordinates=inner.coordinates,
+            coordinates=bound.coordinates,
         )
-        if not roles.potential:
-            return made
-        if symbolic.gravity is not None:
-            return replace(made, gravity=lambda x: gravity(x))
-        return replace(made, force=_hold_weights(equations.adapt_to_arm(arm, scenario), gravity))
+        if whole is not None:
+            return replace(made, force=_hold_weights(whole, gravity))
+        return replace(made, gravity=lambda x: gravity(x)) if roles.potential else made
 
+    def rebuild(arm: Arm, scenario: Scenario | None) -> Equations:
+        whole = equations.adapt_to_arm(arm, scenario) if weighs else None
+        return complete(inner.adapt_to_arm(arm, scenario), whole)
+
+    if bind_symbols is not None:
+        return complete(bind_symbols(inner), bind_symbols(equations) if weighs else None)
     return Equations(bias=inner.bias, coordinates=inner.coordinates, rebuild=rebuild)
 
 

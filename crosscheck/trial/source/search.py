@@ -138,7 +138,8 @@ class EditSearch:
         build = self.answer_keys[0].build
         if build is None or "sympy" not in sys.modules:
             return None
-        return find_energies(self.tree, build(self.code.run(self.judge.compiled)))
+        equations = build(self.code.run(self.judge.compiled))
+        return find_energies(self.tree, equations, self.answer_keys[0].bind_symbols)
 
     def _make_energy_search(self) -> EditSearch | None:
         """The search of the code of the energies; None without any, or if they are right."""
