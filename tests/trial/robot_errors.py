@@ -58,6 +58,12 @@ def negate_products(own: RobotBody) -> Vector:
     return 2 * np.diag(np.diag(own.inertia)) - own.inertia
 
 
+def read_as_fullinertia(own: RobotBody) -> Vector:
+    """Six numbers in URDF's order, read in that of MJCF."""
+    xx, xy, xz, yy, yz, zz = own.inertia[np.triu_indices(3)]
+    return np.array([[xx, yy, yz], [yy, xy, zz], [yz, zz, xz]])
+
+
 def mirror(com: Vector) -> Vector:
     """The largest coordinate has the other sign."""
     return com * np.where(np.arange(3) == np.abs(com).argmax(), -1, 1)
@@ -153,6 +159,7 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
     "inertia of the sun": (STAGED, (stage(sun_inertia_kg_m2=2e-4),)),
     "no spin of planets": (STAGED, (stage(planet_inertia_kg_m2=0.0),)),
     "products of every link negated": (OBLIQUE, (all_bodies(negate_products),)),
+    "inertias in another order": (OBLIQUE, (all_bodies(read_as_fullinertia),)),
     "every inertia about its joint": (OBLIQUE, (all_bodies(about_the_joint),)),
     "products in the axes of the file": (SIX, (lambda own: six_joint_with_turned_products(),)),
     "two: a mass, and a sign of a centre": (

@@ -170,7 +170,9 @@ def list_like_summands(site: Site, *, inner: bool) -> Texts:
             for names in product(*(others[each] for each in changed)):
                 exchanged = dict(zip(changed, names, strict=True))
                 pairs = [(node, exchanged.get(ast.unparse(node), "")) for node in leaves]
-                if len({*names}) == len(names):
+                # The other index of at least one of two: m2 a2 and mp L2, and not l2 L2.
+                is_like = len(names) == 1 or any(a[0] == b[0] for a, b in exchanged.items())
+                if is_like and len({*names}) == len(names):
                     like = write_exchanged(Site(site.tree, summand), [p for p in pairs if p[1]])
                     yield f"{write_operand(site.node)} + {like}"
 

@@ -35,7 +35,7 @@ class LambdifiedExpression:
 
     Args:
         write: What lets SymPy write the function.
-        arguments: Symbols, functions of time, or lists of these.
+        arguments: Symbols, functions of time, or lists or matrices of these.
         expression: An expression, a matrix, or a list of these.
     """
 
@@ -73,6 +73,8 @@ def _list_pairs(arguments: Sequence[Any], values: Iterable[Any]) -> Iterator[tup
     for argument, value in zip(arguments, values, strict=True):
         if isinstance(argument, list | tuple):
             yield from _list_pairs(argument, value)
+        elif hasattr(argument, "tolist"):  # a matrix of symbols
+            yield from _list_pairs(list(argument), np.ravel(value))
         else:
             yield argument, value
 
@@ -88,13 +90,15 @@ def evaluate(expression: Any, values: dict[Any, Any]) -> Any:
         hasattr(expression, "tolist") and len(getattr(expression, "shape", ())) == MATRIX_DIMENSIONS
     ):  # a matrix
         return np.array([[evaluate(each, values) for each in row] for row in expression.tolist()])
+    if getattr(expression, "is_Number", False):  # to look it up would take longer
+        return float(expression)
     if expression not in values:
         values[expression] = _evaluate_formula(expression, values)
     return values[expression]
 
 
 def _evaluate_formula(expression: Any, values: dict[Any, Any]) -> Any:
-    if getattr(expression, "is_Number", False) or getattr(expression, "is_NumberSymbol", False):
+    if getattr(expression, "is_NumberSymbol", False):
         return float(expression)
     arguments = getattr(expression, "args", ())
     if not arguments:

@@ -171,6 +171,10 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     while isinstance(around, ast.Subscript) or (
         before.count(old) > 1 and isinstance(around, ast.expr)
     ):
+        if isinstance(around, ast.Dict) and outer in around.values:
+            key = ast.unparse(around.keys[around.values.index(outer)] or outer)
+            texts = f"{key}: {old}", f"{key}: {shown}"
+            return SourceEdit(file, outer.lineno, *texts, *pieces, entries, edit.rank)
         old, shown = _read_text(tree, around), _replace_text(tree, around, outer, shown)
         outer, around = around, tree.parent(around)
     further = added.removeprefix(f"{old} ")

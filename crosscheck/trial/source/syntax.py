@@ -364,12 +364,19 @@ def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
         return
     for name, value in list(frame.f_locals.items()):
         if isinstance(value, list | tuple | np.ndarray) and 0 < len(value) <= MOST_ELEMENTS:
-            yield from (f"{name}[{index}]" for index in sorted(indices))
-        elif hasattr(value, "__dict__") and not callable(value):
-            names = {*vars(value), *(n for n, v in vars(type(value)).items() if hasattr(v, "fget"))}
-            yield from (
-                f"{name}.{each}" for each in sorted(names) if not each.startswith(("_", "model_"))
-            )
+            for index in sorted(indices):
+                yield f"{name}[{index}]"
+                yield from (f"{name}[{index}].{each}" for each in _list_attributes(value[0]))
+        else:
+            yield from (f"{name}.{each}" for each in _list_attributes(value))
+
+
+def _list_attributes(value: Any) -> list[str]:
+    """Names of an object's own attributes, and of those that its class works out."""
+    if not hasattr(value, "__dict__") or callable(value):
+        return []
+    names = {*vars(value), *(n for n, v in vars(type(value)).items() if hasattr(v, "fget"))}
+    return sorted(each for each in names if not each.startswith(("_", "model_")))
 
 
 def find_kind(value: Any) -> Kind | None:

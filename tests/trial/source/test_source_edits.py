@@ -276,6 +276,62 @@ def test_the_sign_of_a_long_formulas_last_summand_is_named_alone(tmp_path):
     assert f"{edit.start}{edit.added}{edit.end}" == CODE.splitlines()[edit.line - 1]
 
 
+OBJECTS = """
+import numpy as np
+
+class Frame:
+    def __init__(self, p):
+        self.p = p
+
+def make():
+    row = [1.3, 0.2, -0.4, 2.1, 0.3, 0.9]
+
+    def turn(q):
+        xx, xy, xz, yy, yz, zz = row
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ np.array([q[0], q[1], 0.7])
+
+    def pull(q):
+        frames, total = [Frame(q[0]), Frame(q[1])], 0.0
+        for i, f in enumerate(frames):
+            for j in range(2):
+                first = max(j, i)
+                total += (first + 1) * f.p ** 2 * frames[j].p * row[j]
+        return [total]
+
+    return {"turn": turn, "pull": pull}
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("xx, xy, xz, yy, yz, zz = row", "xx, yy, zz, xy, xz, yz = row"),
+        ("max(j, i)", "j"),
+        ("frames[j].p", "f.p"),
+    ],
+)
+def test_orders_of_inertias_larger_indices_and_other_objects_are_found(tmp_path, right, wrong):
+    answer = search(tmp_path, OBJECTS, (right, wrong))
+    assert answer.is_whole
+    written = [each.new for each in (*answer.edits, *answer.alternatives)]
+    assert any(right.replace(" ", "") in each.replace(" ", "") for each in written), written
+
+
+def test_a_value_that_a_line_has_twice_is_named_with_its_key(tmp_path):
+    text = """
+def make():
+    a, b = 1.3, 0.7
+    def lift(q):
+        lever = {
+            "one": a, "two": b,
+        }
+        return [lever["one"] * q[0] + lever["two"] * q[1]]
+    return {"lift": lift}
+"""
+    (edit,) = search(tmp_path, text, ('"two": b', '"two": a')).edits
+    assert (edit.line, edit.remedy) == (6, "'two': a should be 'two': b")
+
+
 def test_two_errors_are_one_answer(tmp_path):
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("R.T @ w", "R @ w"))
     assert [each.line for each in answer.edits] == [16, 23]

@@ -194,6 +194,18 @@ def test_an_arm_and_a_robot_have_the_same_answer(text, slip, tmp_path, arm):
     assert is_absolute == [text is ABSOLUTE] * 2
 
 
+def test_absolute_angles_that_are_not_stated_are_judged_on_other_arms_too(tmp_path, arm):
+    """A term as large as m2 c2 by chance is none: numbers of other arms are unequal."""
+    body = ABSOLUTE[ABSOLUTE.index("def mass") :].replace("model = ", "return ")
+    head = BY_FILE[: BY_FILE.index("    def mass")]
+    by_file = head + textwrap.indent(body, "    ")
+    model = write_model(tmp_path, by_file, ("J2 + m2 * c2**2", "J2 + m2 * c2 * l1"))
+    trial = try_equations(model, arm)
+    assert "judged in absolute angles" in "".join(trial.notes)
+    assert trial.change.is_unequal
+    assert [each.line for each in trial.change.edits] == [find_line(by_file, "J2 + m2 * c2**2")]
+
+
 def test_functions_of_a_file_are_equations_without_a_name(tmp_path, arm):
     model = write_model(tmp_path, LITERAL, SQUARE)
     whole, named = (try_equations(each, arm).change for each in (model.partition(":")[0], model))
