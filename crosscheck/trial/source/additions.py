@@ -63,6 +63,21 @@ def list_further_functions(site: Site) -> Texts:
     yield from texts
 
 
+def list_alternatives(site: Site) -> Texts:
+    """A name where a condition of the code holds, and another one of its kind where it does not.
+
+    So the torque of a joint that slides is a force.
+    """
+    if not site.is_leaf or not site.is_value:
+        return
+    tests = (n.test for n in site.scope.nodes if isinstance(n, ast.If | ast.IfExp))
+    for test in dict.fromkeys(map(ast.unparse, tests)):
+        for other, kind in site.scope.list_leaves(written=True):
+            if other != site.text and site.kind is not None and site.can_be(kind):
+                yield f"({site.text} if {test} else {other})"
+                yield f"({other} if {test} else {site.text})"
+
+
 def list_further_wrappings(site: Site) -> Texts:
     """A matrix that is an argument, turned by a function of the file that makes its like of one.
 

@@ -427,8 +427,15 @@ def list_differences(site: Site, *, near: bool) -> Texts:
 
 
 def list_near_sums(site: Site, *, written: bool) -> Texts:
-    """A number of a formula and its like: both joints' rates for one's."""
-    if site.is_number and isinstance(site.parent, ast.BinOp | ast.Call | ast.Assign):
+    """A number of a formula and its like: both joints' rates for one's.
+
+    Also of a symbol that is differentiated: (a + b).diff(t) for b.diff(t).
+    """
+    above = site.tree.parent(site.parent)
+    is_method = isinstance(site.parent, ast.Attribute) and isinstance(above, ast.Call)
+    is_called = is_method and isinstance(site.node, ast.Name) and site.kind == NUMBER
+    is_place = isinstance(site.parent, ast.BinOp | ast.Call | ast.Assign)
+    if is_called or (site.is_number and is_place):
         for other, kind in site.scope.list_leaves(written=written):
             if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
                 yield " + ".join(sorted((site.text, other)))

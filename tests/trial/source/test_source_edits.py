@@ -298,7 +298,15 @@ def make():
                 total += (first + 1) * f.p ** 2 * frames[j].p * row[j]
         return [total]
 
-    return {"turn": turn, "pull": pull}
+    def drive(q):
+        torques = []
+        for i in range(3):
+            scale = 1.7 if i < 2 else 2.3
+            force, moment = np.array([q[0], 2.1 * i]), np.array([q[1], i * q[0]])
+            torques.append(np.array([scale, q[1]]) @ (moment if i < 2 else force))
+        return torques
+
+    return {"turn": turn, "pull": pull, "drive": drive}
 """
 
 
@@ -308,6 +316,7 @@ def make():
         ("xx, xy, xz, yy, yz, zz = row", "xx, yy, zz, xy, xz, yz = row"),
         ("max(j, i)", "j"),
         ("frames[j].p", "f.p"),
+        ("moment if i < 2 else force", "moment"),
     ],
 )
 def test_orders_of_inertias_larger_indices_and_other_objects_are_found(tmp_path, right, wrong):
