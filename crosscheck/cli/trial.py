@@ -287,7 +287,9 @@ def _require_compatible(options: TrialOptions) -> None:
         names = " ".join(options.names)
         raise InputError(table, "", names, "takes the place of MODEL; name the ARM alone")
     if options.arm.partition(":")[0].endswith(".py"):
-        raise InputError(options.arm, "", None, "is Python, no arm or robot; write MODEL before ARM")
+        raise InputError(
+            options.arm, "", None, "is Python, no arm or robot; write MODEL before ARM"
+        )
     if not table and not options.names:
         raise InputError(
             "trial", "MODEL", None, "missing: name your equations, or use --ask and --answers"
