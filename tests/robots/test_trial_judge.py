@@ -376,7 +376,7 @@ def test_the_page_lists_as_many_entries_as_are_said_to_be_wrong(two):
     """What M makes wrong in other parts is neither counted nor listed."""
 
     def wrong(q, v, a):
-        return two_link.inverse_dynamics(q, v, a) + [a[0] + a[1], 0]
+        return two_link.inverse_dynamics(q, v, a) + np.array([a.sum(), 0])
 
     trial = run_robot_trial(Equations(inverse_dynamics=wrong), two)
     assert "inverse_dynamics" in {each.part for each in trial.wrong}
