@@ -232,7 +232,7 @@ def _make_named_call(
     required = [p for p in parameters if p.default is p.empty]
     if _is_nameless(function, required) or _is_renamed(required, part):
         return NamedCall(function, _first_arguments(part, len(required)))
-    meant = {**user_names, **_list_meanings(p.name for p in parameters)}
+    meant = {**user_names, **_list_meanings((p.name for p in parameters), part)}
     used_parameters = [
         p for p in parameters if p.default is p.empty or meant.get(p.name) in TAKES[part]
     ]
@@ -258,10 +258,16 @@ def _list_parameters(function: Any) -> list[inspect.Parameter] | None:
     return [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
 
 
-def _list_meanings(names: Iterable[str]) -> dict[str, str]:
-    """Meaning of parameters; u beside a rate is the motors' torque, as in control engineering."""
-    has_rate = any(MEANT.get(name) == "v" for name in names)
-    return {**MEANT, "u": "torque"} if has_rate else MEANT
+def _list_meanings(names: Iterable[str], part: str) -> dict[str, str]:
+    """Meaning of parameters of a part's function, with that of u, which has two.
+
+    Beside a rate it is the motors' torque, as in control engineering; else a rate, as Kane's
+    generalized speeds, if the part takes no torque or takes it by another name.
+    """
+    there = {MEANT.get(name) for name in names}
+    if "v" in there:
+        return {**MEANT, "u": "torque"}
+    return MEANT if part in LOADS and "torque" not in there else {**MEANT, "u": "v"}
 
 
 def _is_nameless(function: Any, required: Sequence[inspect.Parameter]) -> bool:
@@ -283,7 +289,7 @@ def _is_renamed(required: Sequence[inspect.Parameter], part: str) -> bool:
 def _require_meaning(name: str, part: str, meant: Mapping[str, str]) -> None:
     if meant.get(name) in TAKES[part]:
         return
-    allowed = "; ".join(" or ".join(SYNONYMS[argument]) for argument in TAKES[part])
+    allowed = "; ".join(", ".join(SYNONYMS[argument]) for argument in TAKES[part])
     raise InputError("equations", part, None, f"takes {name}, which is none of {allowed}")
 
 
@@ -307,7 +313,7 @@ def _casadi_arguments(function: Any, part: str) -> tuple[str, ...]:
         raise InputError("equations", part, None, reason)
     if names == [f"i{k}" for k in range(len(names))]:
         return _first_arguments(part, len(names))
-    meant = _list_meanings(names)
+    meant = _list_meanings(names, part)
     for name in names:
         _require_meaning(name, part, meant)
     return tuple(meant[name] for name in names)
