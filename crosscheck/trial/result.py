@@ -69,7 +69,7 @@ class TrialDiagnosis:
             which one change explains all; '' of geared ones.
         entries: The entries that differ from it.
         notes: Sentences on units, on single parts and on entries.
-        unexplained: Sentences on entries that no change of their terms explains.
+        unexplained: Sentences on what no change explains.
         explanations: Words that complete `the equations of the level with ...`, each of which
             alone explains all.
         readings: Other coordinates, in words, in which all is right; then no other reason is

@@ -319,7 +319,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 BROKEN = {
     "ends": (ends, "failed", "Died: the process of the model ended with exit code 0"),
-    "raises": (raises, "failed", "SystemExit: 0 (gravity at x = ["),
+    "raises": (raises, "failed", "SystemExit: 0 (gravity at q = ["),
     "hangs": (hangs, "unfinished", "TooSlow: stopped after"),
 }
 

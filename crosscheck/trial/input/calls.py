@@ -55,11 +55,16 @@ def select_parts(names: Mapping[str, Any]) -> SimpleNamespace:
 
 
 def call_part(
-    call: Callable[[Arguments], Any], part: str, size: int, arguments: Arguments
+    call: Callable[[Arguments], Any],
+    part: str,
+    size: int,
+    arguments: Arguments,
+    coordinates: str = "x",
 ) -> np.ndarray:
     """The answer of a part to copies of its arguments, (size,) or (size, size).
 
-    Raises BadAnswer for an answer of another shape or kind, and whatever the function raises.
+    coordinates: what errors call them. Raises BadAnswer for an answer of another shape or kind, and
+    whatever the function raises.
     """
     copies: dict[str, Any] = {name: np.array(value) for name, value in arguments.items()}
     if "t" in arguments:
@@ -67,18 +72,21 @@ def call_part(
     try:
         raw = call(copies)
     except BaseException as error:  # also SystemExit
-        error.add_note(f"{part}{_describe_state(arguments)}")
+        error.add_note(f"{part}{_describe_state(arguments, coordinates)}")
         raise
     try:
         return convert_to_numbers(raw, (size, size) if part in MATRICES else (size,))
     except NotNumbers as error:
-        raise BadAnswer(format_line(f"{part} {error}{_describe_state(arguments)}")) from None
+        raise BadAnswer(
+            format_line(f"{part} {error}{_describe_state(arguments, coordinates)}")
+        ) from None
 
 
-def _describe_state(arguments: Arguments) -> str:
+def _describe_state(arguments: Arguments, coordinates: str) -> str:
     """The state at which a function was asked, as words for an error line."""
+    words = {"x": coordinates}
     vectors = {name: format_vector(np.atleast_1d(value)) for name, value in arguments.items()}
-    return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
+    return f" at {', '.join(f'{words.get(n, n)} = {text}' for n, text in vectors.items())}"
 
 
 def find_motors(

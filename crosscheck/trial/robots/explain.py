@@ -112,8 +112,9 @@ def diagnose(
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     if not (words or notes):
-        notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
-    return TrialDiagnosis(level, tuple(entries), tuple(notes), explanations=words)
+        notes = list(describe_entry_notes(entries))
+    unexplained = () if words or notes else (NO_CAUSE,)
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), unexplained, explanations=words)
 
 
 def _describe_accelerations(
