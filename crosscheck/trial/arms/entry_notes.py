@@ -74,7 +74,7 @@ def describe_unfollowed(
         verb = "does" if len(parts) == 1 else "do"
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         is_wrong = not wrong_parts.isdisjoint(parts)
-        is_missing = is_wrong and not written.issuperset(each.name for each in literal)
+        is_missing = is_wrong and not {each.name for each in literal} <= written
         it, missing = "is it" if len(literal) == 1 else "are they", "missing or " * is_missing
         which = join_words(["M" if part == "mass_matrix" else part for part in parts])
         sentences.append(
