@@ -101,9 +101,9 @@ class Entry:
 
 LEVELS = {
     "links": "rigid arm of links and payload alone",
-    "carriers": "the same with the masses of the joints and their carriers",
-    "armature": "the same with the gears' inertia on the diagonal",
-    "coupled": "the same with the gears' spin coupled to the links: rigid gears, exactly",
+    "carriers": "rigid arm with the masses of its joints and their carriers",
+    "armature": "as carriers, with the gears' inertia on the diagonal",
+    "coupled": "as carriers, with the gears' spin coupled to the links: rigid gears, exactly",
 }
 RIGID_LEVELS = tuple(LEVELS)
 RIGID_ARM = "rigid arm"  # name of the only level of an arm without gears

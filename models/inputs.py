@@ -78,10 +78,11 @@ def input_size(path: Path) -> int:
 def _open(path: Path) -> BinaryIO:
     # A pipe without a writer would be waited for, and a device may never end.
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    if stat.S_ISREG(os.fstat(handle).st_mode):
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
         return os.fdopen(handle, "rb")
     os.close(handle)
-    raise ValueError("not a regular file")
+    raise ValueError("it is a folder" if stat.S_ISDIR(mode) else "not a regular file")
 
 
 def remember(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -25,6 +26,7 @@ from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.members.members import PreparedStudy
 
 LEAST_WIDTH = 80  # columns in which each number of the table has room
+NARROW_NAME = 14  # columns that a quantity's name has there
 
 
 def sweep_command(file: Path, out: Path, jobs: int, resume: bool, run_code: bool) -> None:
@@ -57,6 +59,8 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
         checked = CHECKED in result.dims
         names = (Column(head, overflow="fold") for head in ("quantity", "unit"))
         table = Table(*names, box=None)
+        console = Console()
+        console.width = max(console.width, LEAST_WIDTH)
         # On a narrow terminal names are folded; numbers stay whole.
         for head in ("undefined", "least", "median", "largest"):
             table.add_column(head, no_wrap=True)
@@ -78,9 +82,10 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
                 else:
                     row += [""] * 3
                 row += [_format_engine_difference(part, column.name)] * checked
-                table.add_row(*map(make_printable, row))
-        console = Console()
-        console.width = max(console.width, LEAST_WIDTH)
+                cells = list(map(make_printable, row))
+                if console.width < 2 * LEAST_WIDTH:
+                    cells[0] = _fold_name(cells[0])
+                table.add_row(*cells)
         console.print(table)
     if (stride := study.base.scenario.stride) > 1:
         print(f"taken at recorded steps, one in {stride} (scenario.record_every)")
@@ -92,6 +97,16 @@ def _select_joints(result: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]
     if joints == 1:
         return [(name, result)]
     return [(f"{name}, joint {joint + 1}", result.isel(joint=joint)) for joint in range(joints)]
+
+
+def _fold_name(name: str) -> str:
+    """A quantity's name in lines of a narrow terminal, which end with a word of it."""
+    lines = [""]
+    for piece in re.split(r"(?<=[_ ])", name):
+        if lines[-1] and len((lines[-1] + piece).rstrip()) > NARROW_NAME:
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(line.rstrip() for line in lines)
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:

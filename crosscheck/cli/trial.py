@@ -286,6 +286,10 @@ def _require_compatible(options: TrialOptions) -> None:
     if table and len(options.names) > (2 if fmu else 1):
         names = " ".join(options.names)
         raise InputError(table, "", names, "takes the place of MODEL; name the ARM alone")
+    if options.arm.partition(":")[0].endswith(".py"):
+        raise InputError(
+            options.arm, "", None, "is Python, no arm or robot; write MODEL before ARM"
+        )
     if not table and not options.names:
         raise InputError(
             "trial", "MODEL", None, "missing: name your equations, or use --ask and --answers"

@@ -39,7 +39,7 @@ LEAST_PERCENT = 0.001
 
 
 def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
-    """Lines that answer: cost of the shortcuts, agreement of engines, causes, negligible ratios.
+    """Lines that answer: shortcuts' cost, rotors, agreement of engines, causes, negligible ratios.
 
     If engines disagree, no cost is given, since each one of them might be wrong.
     """
@@ -51,6 +51,7 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
         yield _describe_agreement(costs)
         return
     yield from _describe_costs(costs)
+    yield from _describe_rotors(costs)
     yield _describe_agreement(costs)
     if costs.pairs:
         named = ", ".join(
@@ -122,6 +123,17 @@ def _describe_costs(
             f" {format_percent(most)} of {whose}. {head.partition(' of {}')[0]} puts"
             f" {costs.robot.tip} {describe_distances(tip.distances)} after 1 s of feed-forward."
         )
+
+
+def _describe_rotors(costs: ShortcutCosts) -> Iterator[str]:
+    """The line of the rotors' ratios and inertias, those that are alike together."""
+    alike: dict[str, list[str]] = {}
+    for rotor in costs.robot.rotors:
+        numbers = f"ratio {rotor.ratio:g}, {rotor.inertia:g} kg m^2"
+        alike.setdefault(numbers, []).append(costs.robot.joints[rotor.joint].name)
+    if alike:
+        parts = [f"{numbers} at {join_words(names)}" for numbers, names in alike.items()]
+        yield f"Rotors: {'; '.join(parts)}."
 
 
 def _describe_meshes(geared: GearedCost) -> Iterator[str]:
@@ -357,10 +369,12 @@ def cost_page(costs: ShortcutCosts) -> str:
     from crosscheck.report.plots.scheme import draw_robot
     from crosscheck.report.rendering import render_page
 
+    rotors = list(_describe_rotors(costs))
     return render_page(
         "cost",
         found=costs,
-        answers=list(describe_answers(costs)),
+        answers=[line for line in describe_answers(costs) if line not in rotors],
+        rotors=rotors,
         digits=_describe_digits(costs),
         motion=describe_motion(costs),
         notes=[*describe_direct_joints(costs), *costs.robot.notes],

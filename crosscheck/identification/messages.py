@@ -144,9 +144,10 @@ def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
     parameter, estimate = change.parameter, change.estimate
     assert parameter is not None  # as of every change
     assert estimate is not None
+    in_file = f"{format_exact(parameter.value)} {estimate.term.unit}".rstrip()
     return (
-        f"{mechanism.describe_level(change.level)} if {parameter.phrase} is"
-        f" {_format_change(estimate)}; the file says {format_exact(parameter.value)}"
+        f"{mechanism.describe_level(change.level)} if {parameter.phrase} (file: {in_file}) is"
+        f" {_format_change(estimate)}"
     )
 
 
@@ -163,8 +164,13 @@ def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
     flagged = flag_friction(side.judgement.best, mechanism.robot, side.threshold)
     if not flagged:
         return ""
-    listed = (f"{format_estimate(each)} (the file says {each.term.value:g})" for each in flagged)
-    return f" and friction: {'; '.join(listed)}"
+    listed = (
+        f"{format_estimate(each)} (file: {each.term.value:g})"
+        if each.term.kind == "viscous"  # no file has another one
+        else format_estimate(each)
+        for each in flagged
+    )
+    return f", with {'; '.join(listed)}"
 
 
 def _format_most(restriction: Restriction) -> str:
@@ -202,7 +208,7 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
             yield from _describe_scaled(side, comparison.sides[place - 1], has_gears)
         else:
             yield from _describe_side(side, has_gears)
-            pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
+            pairs = ", ".join(f"{first.words} and {second.words}" for first, second in side.alike)
             if pairs:
                 yield f"This motion cannot distinguish {pairs}."
             if side.refinement is not None:
@@ -394,7 +400,7 @@ def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
 
 def format_estimate(each: TermEstimate) -> str:
     """An estimate with its 95 % interval."""
-    return f"{each.term.name} {_format_interval(each, each.term.unit)}"
+    return f"{each.term.words} {_format_interval(each, each.term.unit)}"
 
 
 def _format_interval(each: TermEstimate, unit: str = "") -> str:

@@ -39,9 +39,14 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     yield from describe_engines(comparison.engines)
     is_brief = comparison.has_explanation
     unit = "N m or N" if comparison.mechanism.robot.slides else "N m"
-    for side in comparison.judged_sides if is_brief else comparison.sides:
+    for side in _select_sides(comparison):
         yield ""
         yield from _describe_side(side, is_brief, unit)
+
+
+def _select_sides(comparison: RecordComparison) -> tuple[SideResult, ...]:
+    """Sides to show: without those of scaled links where the file or one change explains all."""
+    return comparison.judged_sides if comparison.has_explanation else comparison.sides
 
 
 def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]:
@@ -249,13 +254,15 @@ def comparison_page(comparison: RecordComparison) -> str:
     """The page on a comparison: HTML text, figures inlined."""
     from crosscheck.report.rendering import render_page
 
+    sides = _select_sides(comparison)
     return render_page(
         "compared",
         comparison=comparison,
+        sides=sides,
         answers=messages.describe_answers(comparison),
         words=messages,
         ratios=_draw_ratios(comparison),
-        figures=[draw_residual(side) for side in comparison.sides],
+        figures=[draw_residual(side) for side in sides],
         runs=_draw_runs_figure(comparison) if comparison.windows else "",
     )
 

@@ -401,8 +401,8 @@ def flag_friction(
     viscous = dict(zip(robot.coordinate_names, robot.friction.tolist(), strict=True))
     flagged = []
     for each in restriction.friction:
-        kind, _, joint = each.term.name.partition(" of ")
-        given = viscous.get(joint, 0.0) if kind == "viscous" else 0.0
+        _, _, joint = each.term.name.partition(" of ")
+        given = viscous.get(joint, 0.0) if each.term.kind == "viscous" else 0.0
         if abs(each.value - given) > threshold * each.error and each.term.kind != "delay":
             flagged.append(replace(each, term=replace(each.term, value=given)))
     return tuple(flagged)

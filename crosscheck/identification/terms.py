@@ -13,6 +13,7 @@ from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, Rotor
 from crosscheck.registry import build_robot_model, reference_engine
 
+FRICTION = {"viscous": "viscous friction", "coulomb": "Coulomb friction"}
 TermKind = Literal[
     "links",
     "scale",
@@ -49,6 +50,15 @@ class TorqueTerm:
     name: str
     unit: str
     value: float | None = None
+
+    @property
+    def words(self) -> str:
+        """The name as sentences have it, in which friction is that at a joint."""
+        law = FRICTION.get(self.kind.removeprefix("shared "))
+        whose = self.name.partition(" ")[2]
+        if law is None:
+            return self.name
+        return f"{law} {whose if self.kind.startswith('shared') else whose.replace('of', 'at', 1)}"
 
 
 @dataclass(frozen=True)

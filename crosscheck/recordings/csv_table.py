@@ -88,19 +88,18 @@ class CsvTable:
         """The numbers at these places, in each line below the names that is not blank."""
         with _open_text(self.path) as text:
             text.readline()
-            for number, line in enumerate(text, 2):
-                if line.isspace():
-                    continue
+            lines = (line for line in text if not line.isspace())
+            for number, line in enumerate(lines, 1):
                 decimal = line if self.separator == "," else line.replace(",", ".")
                 cells, row = _split(decimal, self.separator), list[float]()
                 if len(cells) != len(self.names):
                     reason = f"has {len(cells)} columns, must have {len(self.names)}, as line 1"
-                    raise InputError(self.where, f"line {number}", None, reason)
+                    raise InputError(self.where, f"row {number}", None, reason)
                 for place in places:
                     try:
                         row.append(float(cells[place] or "nan"))
                     except ValueError:
-                        field = f"line {number}, {self.names[place]}"
+                        field = f"{self.names[place]}, row {number}"
                         shown = cells[place][:40]
                         raise InputError(self.where, field, shown, "must be a number") from None
                 yield row

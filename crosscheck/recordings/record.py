@@ -259,8 +259,10 @@ class _FileColumns(NamedTuple):
             return None
         for number, column in enumerate(columns, 1):
             if column is None:
-                names = " or ".join(self.allowed_names(kind, number))
-                raise self.refuse(f"{kind}_{number}", f"is missing; must be {names}")
+                reason = f"is missing; must be {' or '.join(self.allowed_names(kind, number))}"
+                if kind == "theta" and number > len(given):
+                    reason += f"; joints of the record: {len(given)}, of the mechanism: {joints}"
+                raise self.refuse(f"{kind}_{number}", reason)
             if len(column) != len(given[0]):
                 reason = f"has {len(column)} rows, {kind}_1 has {len(given[0])}"
                 raise self.refuse(f"{kind}_{number}", reason)

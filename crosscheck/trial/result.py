@@ -69,7 +69,7 @@ class TrialDiagnosis:
             which one change explains all; '' of geared ones.
         entries: The entries that differ from it.
         notes: Sentences on units, on single parts and on entries.
-        unexplained: Sentences on entries that no change of their terms explains.
+        unexplained: Sentences on what no change explains.
         explanations: Words that complete `the equations of the level with ...`, each of which
             alone explains all.
         readings: Other coordinates, in words, in which all is right; then no other reason is
@@ -319,12 +319,14 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
             yield format_entry(entry_place(part.part, place), names), value
 
 
-def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
-    """The entry that is wrong, how many others are, and by how much, in words.
+def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
+    """Those of wrong entries that are counted: not what others make together, beside these."""
+    return [each for each in wrong if each.part not in COMPOSED] or wrong
 
-    What M, bias and gravity make together is not counted beside these.
-    """
-    wrong = [each for each in wrong if each.part not in COMPOSED] or wrong
+
+def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
+    """The entry that is wrong, how many others are, and by how much, in words."""
+    wrong = select_counted(wrong)
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""
     verb, whose = ("are", "their") if count > 1 else ("is", "its")

@@ -400,7 +400,7 @@ def _find_unused(root: Element, dynamics_keys: Sequence[str]) -> Iterator[str]:
             if not _is_zero(dynamics.get(key, "0"))
         ]
         if names:
-            remedy = "" if key == "friction" else '; friction = "from-urdf" takes it'
+            remedy = "" if key == "friction" else '; friction = "from-urdf" in a robot file uses it'
             yield f"{key} of {', '.join(names)} is not used{remedy}"
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:

@@ -121,6 +121,7 @@ HEADERS = (
     ("theta_", "phi_"),
     ("theta_1_rad", "theta_1"),
     ("theta_2_rad", "theta_1_deg"),
+    ("theta_2_rad", "angle_rad"),
     ("theta_2_rad", "theta_3_rad"),
     ("theta_2_rad", "theta_2_m"),
     ("theta_2_rad", "theta_1_rad"),

@@ -138,7 +138,9 @@ def test_init_takes_gear_armature_and_gravity(crosscheck, tmp_path, arm):
     assert (robot.joints[rotor.joint].name, rotor.ratio) == ("turn", -100.0)
     assert rotor.inertia == pytest.approx(0.2 / 100**2, rel=1e-15)
     assert robot.gravity.tolist() == [0.0, 1.0, -5.0]
-    assert 'damping of turn is not used; friction = "from-urdf" takes it' in robot.notes
+    assert (
+        'damping of turn is not used; friction = "from-urdf" in a robot file uses it' in robot.notes
+    )
     assert robot.armature.tolist() == [0.0, 0.0]
     assert not any("armature of" in note or "gear -100" in note for note in robot.notes)
 

@@ -113,7 +113,7 @@ def test_answers_that_are_no_part_are_refused_with_what_came(sliding, words):
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
     if "shape" in words:
-        assert str(caught.value).endswith("; the coordinates are 3")
+        assert str(caught.value).endswith("; there are 3 coordinates")
 
 
 CODE = """\

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
+from crosscheck.report.trials.output import render_trial_page
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.coordinates.robots import build_robot_frame, place_states
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -318,7 +319,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 BROKEN = {
     "ends": (ends, "failed", "Died: the process of the model ended with exit code 0"),
-    "raises": (raises, "failed", "SystemExit: 0 (gravity at x = ["),
+    "raises": (raises, "failed", "SystemExit: 0 (gravity at q = ["),
     "hangs": (hangs, "unfinished", "TooSlow: stopped after"),
 }
 
@@ -363,3 +364,22 @@ def test_other_functions_of_a_model_are_named_as_not_judged(two):
         "jacobian: no part of equations, so not judged",
         "not judged: bias (not supplied), gravity (not supplied)",
     )
+
+
+def test_other_functions_of_a_module_are_helpers():
+    module = ModuleType("mine")
+    vars(module).update(mass_matrix=two_link.mass_matrix, jacobian=lambda q: q)
+    assert extract_equations(module, "mine").unused == ()
+
+
+def test_the_page_lists_as_many_entries_as_are_said_to_be_wrong(two):
+    """What M makes wrong in other parts is neither counted nor listed."""
+
+    def wrong(q, v, a):
+        return two_link.inverse_dynamics(q, v, a) + np.array([a.sum(), 0])
+
+    trial = run_robot_trial(Equations(inverse_dynamics=wrong), two)
+    assert "inverse_dynamics" in {each.part for each in trial.wrong}
+    (table,) = re.findall("Which term is wrong.*?</table>", render_trial_page(trial), flags=re.S)
+    (others,) = re.findall("and (\\d+) more", trial.headline)
+    assert table.count("<tr><td>") == 1 + int(others)

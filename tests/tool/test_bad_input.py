@@ -172,7 +172,7 @@ UNREADABLE = {
     "missing": (lambda path: None, "no such file"),
     "empty": (lambda path: path.write_text(""), "empty"),
     "blank": (lambda path: path.write_text(" \n\n"), "empty"),
-    "folder": (OBSTACLES["folder"], "cannot be read"),
+    "folder": (OBSTACLES["folder"], "cannot be read: it is a folder"),
     "binary": (lambda path: path.write_bytes(bytes(range(256))), "not UTF-8"),
     "zeros": (lambda path: path.write_bytes(bytes(64)), "not TOML"),
     "not TOML": (lambda path: path.write_text("{json: true}"), "not TOML"),

@@ -76,6 +76,8 @@ def test_numbers_that_equations_do_not_follow_are_reported_in_one_note(
 def test_a_number_in_a_wrong_part_may_be_the_error():
     said = describe_unfollowed(UNFOLLOWED["two"], {"force"})
     assert said.endswith("g = 9.81, m_2 = 0.123457: are they missing or hard-coded?")
+    assert "missing" in describe_unfollowed(UNFOLLOWED["two"], {"force"}, {"g"})
+    assert "missing" not in describe_unfollowed(UNFOLLOWED["two"], {"force"}, {"g", "m_2"})
     assert describe_unfollowed(UNFOLLOWED["two"], {"bias"}).endswith("with your values.")
 
 

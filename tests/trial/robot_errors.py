@@ -153,6 +153,10 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
         SLIDING,
         (lambda own: body(2, inertia=lambda _: about_the_joint(own.bodies[2]))(own),),
     ),
+    "no place of the right arm": (
+        tree(),
+        (joint(2, placement=lambda at: Placement(at.rotation, 0 * at.position)),),
+    ),
     "axis of the tilt the other way": (SLIDING, (joint(2, axis=lambda axis: -axis),)),
     "ratio by its size, whose sign counts nowhere": (SWINGING, (rotor(0, ratio=lambda _: -13.0),)),
     "ratio in turns": (tree(), (rotor(2, ratio=lambda n: n / (2 * np.pi)),)),

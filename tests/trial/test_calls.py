@@ -45,6 +45,8 @@ def default(t: Any, x: Any, v: Any, torque: Any = None, gain: float = 10.0) -> A
 FORCES: dict[str, Callable[..., Any]] = {
     "by name": lambda torque, v, q, t: t * q + 10 * v + torque,
     "synonyms": lambda time, x, q_dot, tau: time * x + 10 * q_dot + tau,
+    "Kane's speeds": lambda t, q, u, tau: t * q + 10 * u + tau,
+    "torques as u": lambda t, q, qd, u: t * q + 10 * qd + u,
     "defaults": default,
     "partial": functools.partial(lambda gain, t, x, v, T: t * x + gain * v + T, 10.0),
     "partial by name": functools.partial(default, gain=10.0),
@@ -93,7 +95,7 @@ def test_casadi_functions():
     np.testing.assert_allclose(of(mass_matrix=sparse).mass_matrix(X), np.diag([0.3, 2]))
     with pytest.raises(InputError, match="gives 2 outputs"):
         of(bias=ca.Function("b", [x, v], [x, v]))
-    with pytest.raises(InputError, match="takes lam, which is none of x or q"):
+    with pytest.raises(InputError, match="takes lam, which is none of x, q"):
         of(mass_matrix=ca.Function("m", [x], [x], ["lam"], ["o"]))
 
 
@@ -198,12 +200,13 @@ def test_what_a_function_raises_comes_out_with_its_state():
 
 
 FUNCTIONS: dict[str, dict[str, Any]] = {
-    "force: takes psi, which is none of t or time": {
+    "force: takes psi, which is none of t, time; x, q; v,": {
         "mass_matrix": lambda phi: 1,
         "force": lambda phi, psi, torque: 1,
     },
-    "mass_matrix: takes v, which is none of x or q": {"mass_matrix": lambda q, v: 1},
-    "bias: takes u, which is none of x or q; v or qd or dq": {"bias": lambda q, u: 1},
+    "mass_matrix: takes v, which is none of x, q": {"mass_matrix": lambda q, v: 1},
+    "bias: takes w, which is none of x, q; v, qd, dq,": {"bias": lambda q, w: 1},
+    "force: takes u, which is none of t, time;": {"force": lambda q, u: 1},
     "force: is an ndarray; must be a function of t, x, v, torque": {"force": np.eye(2)},
     "bias: is a method whose first parameter is q; must be self": {
         "bias": MethodType(lambda q, v: q * v, X)

@@ -47,7 +47,7 @@ def list_facts(comparison: RecordComparison) -> Iterator[Fact]:
     yield from (Fact(share, path) for path, share in comparison.tolerances.items())
     yield Fact(sum(each.time[-1] - each.time[0] for each in comparison.records), "length", (), "s")
     for joint in comparison.mechanism.robot.joints:
-        yield Fact(joint.friction, "in the file", (f"viscous of {joint.name}",))
+        yield Fact(joint.friction, "friction in the file", (f"viscous friction at {joint.name}",))
     for side in comparison.sides:
         yield from _list_side(side)
     for side in comparison.gravities:
@@ -112,7 +112,9 @@ def _list_judgement(side: SideResult, judgement: FileJudgement) -> Iterator[Fact
         if parameter is None:
             yield Fact(float(each.ratios.max()), "most", (f"({each.level})",))
         elif each.estimate is not None:
-            yield Fact(parameter.value, "in the file", names)
+            unit = each.estimate.term.unit
+            yield Fact(parameter.value, "in the file", names, unit)
+            yield Fact(each.estimate.value, "changed to", names, unit)
             yield from _list_estimate(each.estimate, (parameter.phrase, each.level))
         for estimate in each.friction:
             yield from _list_estimate(estimate)
@@ -126,13 +128,15 @@ def _list_estimate(each: TermEstimate, owners: tuple[str, ...] = ()) -> Iterator
     for name, value in numbers.items():
         if value is not None:
             digits = 0 if name in ("estimate", "± (95 %)", "estimate_in_twice_the_band") else 2
-            yield Fact(value, name, owners or (each.term.name,), digits=digits)
-    yield Fact(each.systematic / each.error, "of its error", (each.term.name,), digits=0)
+            for called in {each.term.name, each.term.words}:  # in JSON, and in sentences
+                yield Fact(value, name, owners or (called,), digits=digits)
+    yield Fact(each.systematic / each.error, "of its error", (each.term.words,), digits=0)
 
 
 PHRASES = {
-    "is {} (?=kg|N|m)": "estimate",
-    "the file says {}": "in the file",
+    "[)] is {}": "changed to",
+    "rad [(]file: {}": "friction in the file",
+    "payload [(]file: {}": "in the file",
     "is {} times that": "most",
     "from {} recorded states": "runs",
     "(?:after|for) {} of {}": "stays, lasts",

@@ -58,6 +58,9 @@ def list_facts(costs: ShortcutCosts) -> Iterator[Fact]:
         yield Fact(each.share, "share of a rotor", (each.joint,))
         yield Fact(each.share, "share", ("ratios", each.joint, each.at))
         yield Fact(each.enough, "enough", (each.joint,))
+    for rotor in costs.robot.rotors:
+        yield Fact(rotor.ratio, "rotor's ratio", digits=0)
+        yield Fact(rotor.inertia, "rotor's inertia", (), "kg")
     assert costs.geared is not None
     assert costs.geared.distances is not None
     for mesh in costs.geared.meshes:
@@ -114,6 +117,7 @@ PHRASES = {
     ": {} at most, {} rms, {} of its": "largest, rms, share",
     "acceleration of \\w+: {} rms, {}": "rms, share",
     ", ratio {}:": "ratio",
+    "ratio {}, {} m.2 at": "rotor's ratio, rotor's inertia",
     "coupling alone is {} in": "share of a rotor",
     "from a ratio of {} on": "enough",
     "sums of sines of seed {}, period {}": "seed, period",

@@ -13,7 +13,7 @@ from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.judge.entries import EntryMismatch
-from crosscheck.trial.result import PartDeviation, Trial
+from crosscheck.trial.result import PartDeviation, Trial, select_counted
 
 SCHEMA_VERSION = 4
 NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
@@ -76,6 +76,7 @@ def render_trial_page(trial: Trial) -> str:
     return render_page(
         "trial",
         trial=trial,
+        wrong=select_counted(trial.wrong),
         agreement=trial.agreement,
         maps=list(make_trial_maps(trial)),
         words=lambda errors: " and ".join(map(describe_term_error, errors)),

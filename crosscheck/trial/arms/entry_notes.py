@@ -56,12 +56,15 @@ def describe_point_masses(points: Sequence[str]) -> str:
 
 
 def describe_unfollowed(
-    unfollowed: Sequence[IgnoredNumber], wrong_parts: Set[str] = frozenset()
+    unfollowed: Sequence[IgnoredNumber],
+    wrong_parts: Set[str] = frozenset(),
+    written: Set[str] = frozenset(),
 ) -> str:
     """One note on all numbers of the arm's file that the equations do not follow; or ''.
 
     Of a number that is 0 in the file and in the equations there is nothing to say. wrong_parts: of
-    the equations, whose values may be the error.
+    the equations, whose values may be the error; written: names of numbers whose values stand in
+    the user's file, so that they are not missing.
     """
     literal = [each for each in unfollowed if each.value and not each.goes_with]
     tied = [each for each in unfollowed if each.goes_with]
@@ -71,7 +74,8 @@ def describe_unfollowed(
         verb = "does" if len(parts) == 1 else "do"
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         is_wrong = not wrong_parts.isdisjoint(parts)
-        it, missing = "is it" if len(literal) == 1 else "are they", "missing or " * is_wrong
+        is_missing = is_wrong and not {each.name for each in literal} <= written
+        it, missing = "is it" if len(literal) == 1 else "are they", "missing or " * is_missing
         which = join_words(["M" if part == "mass_matrix" else part for part in parts])
         sentences.append(
             f"Your {which} {verb} not change with the file's {listed_numbers}:"

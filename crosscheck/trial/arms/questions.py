@@ -36,6 +36,7 @@ from crosscheck.registry import (
     reference_model,
     select_with_method,
 )
+from crosscheck.report.formatting import format_count
 from crosscheck.run import run_tasks
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask, failure_from_error
 from crosscheck.runner.progress_update import ProgressCallback
@@ -453,6 +454,8 @@ def ask_functions(
         user_frames = [each for each in frames if "site-packages" not in each[0]]
         file, line = (user_frames or frames)[-1]
         reason = f"every part raises {_find_error(traces[0])} ({Path(file).name}, line {line})"
+        count = format_count(len(problem.names), "coordinate")
+        reason += f"; {problem.mechanism.name} has {count}"
         raise InputError(problem.name, "", None, reason)
     return results, failed_parts
 

@@ -55,6 +55,7 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.input.source_lines import has_literal
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
@@ -285,7 +286,12 @@ class ArmSubject(TrialSubject):
     def list_notes(self, diagnosis: TrialDiagnosis) -> list[str]:
         """Numbers that are not followed, and errors on other arms alone."""
         wrong_parts = {wrong.part for wrong in diagnosis.entries}
-        note = describe_unfollowed(diagnosis.ignored_numbers, wrong_parts)
+        written = {
+            number.name
+            for number in diagnosis.ignored_numbers
+            if any(has_literal(self.problem.equations, e, number.value) for e in number.parts)
+        }
+        note = describe_unfollowed(diagnosis.ignored_numbers, wrong_parts, written)
         hidden = diagnosis.hidden
         lines = [*describe_entries(hidden), *describe_unexplained(hidden)]
         front = "Right on this arm. On others, whose numbers differ, this is wrong: "

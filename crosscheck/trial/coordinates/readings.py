@@ -102,10 +102,10 @@ def _senses(joints: JointCoordinates) -> Iterator[Reading]:
         groups = [g for count in range(1, size) for g in combinations(range(size), count)]
     for group in groups:
         listed = " and ".join(names[place] for place in group)
-        reading = _linear("sense", f"the sense of {listed} reversed", _reverse(size, group))
+        reading = _linear("sense", f"coordinates with {listed} reversed", _reverse(size, group))
         yield replace(reading, joints=tuple(names[place] for place in group))
     if size > 1:
-        reading = _linear("sense", "all senses reversed", -np.eye(size))
+        reading = _linear("sense", "coordinates with all senses reversed", -np.eye(size))
         yield replace(reading, joints=tuple(names))
 
 

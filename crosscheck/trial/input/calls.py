@@ -55,11 +55,16 @@ def select_parts(names: Mapping[str, Any]) -> SimpleNamespace:
 
 
 def call_part(
-    call: Callable[[Arguments], Any], part: str, size: int, arguments: Arguments
+    call: Callable[[Arguments], Any],
+    part: str,
+    size: int,
+    arguments: Arguments,
+    coordinates: str = "x",
 ) -> np.ndarray:
     """The answer of a part to copies of its arguments, (size,) or (size, size).
 
-    Raises BadAnswer for an answer of another shape or kind, and whatever the function raises.
+    coordinates: what errors call them. Raises BadAnswer for an answer of another shape or kind, and
+    whatever the function raises.
     """
     copies: dict[str, Any] = {name: np.array(value) for name, value in arguments.items()}
     if "t" in arguments:
@@ -67,18 +72,21 @@ def call_part(
     try:
         raw = call(copies)
     except BaseException as error:  # also SystemExit
-        error.add_note(f"{part}{_describe_state(arguments)}")
+        error.add_note(f"{part}{_describe_state(arguments, coordinates)}")
         raise
     try:
         return convert_to_numbers(raw, (size, size) if part in MATRICES else (size,))
     except NotNumbers as error:
-        raise BadAnswer(format_line(f"{part} {error}{_describe_state(arguments)}")) from None
+        raise BadAnswer(
+            format_line(f"{part} {error}{_describe_state(arguments, coordinates)}")
+        ) from None
 
 
-def _describe_state(arguments: Arguments) -> str:
+def _describe_state(arguments: Arguments, coordinates: str) -> str:
     """The state at which a function was asked, as words for an error line."""
+    words = {"x": coordinates}
     vectors = {name: format_vector(np.atleast_1d(value)) for name, value in arguments.items()}
-    return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
+    return f" at {', '.join(f'{words.get(n, n)} = {text}' for n, text in vectors.items())}"
 
 
 def find_motors(
@@ -232,7 +240,7 @@ def _make_named_call(
     required = [p for p in parameters if p.default is p.empty]
     if _is_nameless(function, required) or _is_renamed(required, part):
         return NamedCall(function, _first_arguments(part, len(required)))
-    meant = {**user_names, **_list_meanings(p.name for p in parameters)}
+    meant = {**user_names, **_list_meanings((p.name for p in parameters), part)}
     used_parameters = [
         p for p in parameters if p.default is p.empty or meant.get(p.name) in TAKES[part]
     ]
@@ -258,10 +266,16 @@ def _list_parameters(function: Any) -> list[inspect.Parameter] | None:
     return [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
 
 
-def _list_meanings(names: Iterable[str]) -> dict[str, str]:
-    """Meaning of parameters; u beside a rate is the motors' torque, as in control engineering."""
-    has_rate = any(MEANT.get(name) == "v" for name in names)
-    return {**MEANT, "u": "torque"} if has_rate else MEANT
+def _list_meanings(names: Iterable[str], part: str) -> dict[str, str]:
+    """Meaning of parameters of a part's function, with that of u, which has two.
+
+    Beside a rate it is the motors' torque, as in control engineering; else a rate, as Kane's
+    generalized speeds, if the part takes no torque or takes it by another name.
+    """
+    there = {MEANT.get(name) for name in names}
+    if "v" in there:
+        return {**MEANT, "u": "torque"}
+    return MEANT if part in LOADS and "torque" not in there else {**MEANT, "u": "v"}
 
 
 def _is_nameless(function: Any, required: Sequence[inspect.Parameter]) -> bool:
@@ -283,7 +297,7 @@ def _is_renamed(required: Sequence[inspect.Parameter], part: str) -> bool:
 def _require_meaning(name: str, part: str, meant: Mapping[str, str]) -> None:
     if meant.get(name) in TAKES[part]:
         return
-    allowed = "; ".join(" or ".join(SYNONYMS[argument]) for argument in TAKES[part])
+    allowed = "; ".join(", ".join(SYNONYMS[argument]) for argument in TAKES[part])
     raise InputError("equations", part, None, f"takes {name}, which is none of {allowed}")
 
 
@@ -307,7 +321,7 @@ def _casadi_arguments(function: Any, part: str) -> tuple[str, ...]:
         raise InputError("equations", part, None, reason)
     if names == [f"i{k}" for k in range(len(names))]:
         return _first_arguments(part, len(names))
-    meant = _list_meanings(names)
+    meant = _list_meanings(names, part)
     for name in names:
         _require_meaning(name, part, meant)
     return tuple(meant[name] for name in names)

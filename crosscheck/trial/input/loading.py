@@ -329,6 +329,8 @@ def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
         is_sympy = type(source).__module__.startswith("sympy.")
         reason = f"{verb} {kind}; {must} {OF_SYMPY if is_sympy else ACCEPTED}"
         raise InputError(where, "", None, reason)
+    if isinstance(source, ModuleType):  # as of a file that is named
+        source = select_parts(vars(source))
     names = {entry.name for entry in fields(Equations)} - SET_HERE
     attributes = {
         name: getattr(source, name) for name in names if getattr(source, name, None) is not None
@@ -357,18 +359,14 @@ def _public_names(source: Any) -> set[str]:
     """Public names of an object's functions, those of libraries' classes excepted."""
     if isinstance(source, SimpleNamespace):
         return {name for name in vars(source) if not name.startswith("_")}
-    of_module = isinstance(source, ModuleType)
-    home = source.__name__ if of_module else type(source).__module__
+    home = type(source).__module__
     places = [getattr(source, "__dict__", {})]
-    places += [] if of_module else [vars(c) for c in type(source).__mro__ if c.__module__ == home]
+    places += [vars(c) for c in type(source).__mro__ if c.__module__ == home]
     return {
         name
         for place in places
         for name, value in place.items()
-        if not name.startswith("_")
-        and callable(value)
-        and not isinstance(value, type)
-        and not (of_module and getattr(value, "__module__", "") != home)
+        if not name.startswith("_") and callable(value) and not isinstance(value, type)
     }
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import linecache
+import re
 import textwrap
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +14,7 @@ from crosscheck.trial.input.equations import Equations
 
 PACKAGE = Path(crosscheck.__file__).parent
 MOST_LINES = 30
+NUMBER = re.compile(r"\d*\.?\d+(?:[eE][-+]?\d+)?")
 FUNCTIONS = {
     "mass_matrix": ("mass_matrix",),
     "bias": ("bias", "coriolis"),
@@ -43,3 +46,13 @@ def find_source(equations: Equations, part: str) -> SourceLines | None:
         more = ["..."] if len(shown) > MOST_LINES else []
         return SourceLines(Path(code.co_filename).name, first, (*shown[:MOST_LINES], *more))
     return None
+
+
+def has_literal(equations: Equations, part: str, value: float) -> bool:
+    """Whether a number, of either sign, is written in the file of the function of a part."""
+    for name in FUNCTIONS.get(part, (part,)):
+        code = getattr(inspect.unwrap(getattr(equations, name)), "__code__", None)
+        text = "".join(linecache.getlines(code.co_filename)) if code else ""
+        if abs(value) in map(float, NUMBER.findall(text)):
+            return True
+    return False

@@ -14,6 +14,7 @@ from crosscheck.checks.robot_states import TOLERANCE, RandomStates, RobotSizes, 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import MODELS, Entry
+from crosscheck.report.formatting import format_count
 from crosscheck.run import run_tasks
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback
@@ -79,14 +80,15 @@ class PartTask(SelfKeyedTask):
                 key = b"".join(value.tobytes() for value in row_arguments.values())
                 call = again if key in asked else first
                 asked.add(key)
-                answer = call_part(call, self.quantity, self.size, row_arguments)
+                answer = call_part(call, self.quantity, self.size, row_arguments, "q")
                 if not (np.abs(answer) <= LARGEST).all():
                     most = f"{LARGEST:g}, the most that can be compared"
                     raise BadAnswer(f"{self.quantity} is larger than {most}")
                 answers.append(answer)
         except BadAnswer as error:
             if not answers:
-                about = f"{error}; the coordinates are {self.size}"
+                count = format_count(self.size, "coordinate")
+                about = f"{error}; there {'is' if self.size == 1 else 'are'} {count}"
                 return InputError(self.model, "", None, about)
             return describe_failure(error)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt of the user's code

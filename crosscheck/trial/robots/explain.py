@@ -108,12 +108,13 @@ def diagnose(
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
     notes += [words for each in causes.values() for words in each]
     explanations.sort(key=lambda cause: not cause.usual)
-    words = tuple(cause.words for cause in explanations)
+    words = tuple(dict.fromkeys(cause.words for cause in explanations))
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     if not (words or notes):
-        notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
-    return TrialDiagnosis(level, tuple(entries), tuple(notes), explanations=words)
+        notes = list(describe_entry_notes(entries))
+    unexplained = () if words or notes else (NO_CAUSE,)
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), unexplained, explanations=words)
 
 
 def _describe_accelerations(
@@ -393,4 +394,5 @@ def _describe_causes_within(
     missing = {each.name for each in entries if each.remark.startswith(MISSING)}
     if not missing >= set(wrong):  # whatever makes an entry nothing explains one that is missing
         where, causes = search.find_within(part, wrong, alone=alone)
-        yield from describe_causes(causes, where)
+        unlike = {cause.words: cause for cause in causes}
+        yield from describe_causes(list(unlike.values()), where)

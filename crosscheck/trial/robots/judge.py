@@ -17,6 +17,7 @@ from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import LEVELS, RIGID, Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
+from crosscheck.report.formatting import join_words
 from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.input.equations import Equations
@@ -114,9 +115,9 @@ class RobotProblem:
         elif len(self.sizes) == 1 and not self.stated:
             return RIGID_ROBOT, RIGID_ROBOT
         elif not self.stated and len(equal) > 1:
-            words = f"{', '.join(equal)}, which are equal in these parts"
+            words = f"{join_words(equal)} (equal in these parts)"
         largest = next((each.largest for each in distances if each.level == level), 0.0)
-        return name, f"{words}, to {largest:.1e}"
+        return name, f"{words} to {largest:.1e}"
 
     @cached_property
     def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
