@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from crosscheck.checks.corners import list_corners
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
@@ -14,6 +15,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import build
 from crosscheck.trial.arms.questions import TransformedModel
+from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
@@ -89,6 +91,20 @@ def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears,
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
     assert [finding.id for finding in trial.agreement.disagreeing] == []
     assert trial.diagnosis.entries == ()
+
+
+def test_products_of_rates_are_asked_on_both_sides_of_the_edge_of_contact(labelled):
+    """And M at all corners of the mesh laws: no law is in either, unless equations are wrong."""
+    of_gears = of_project("analytic:physical", Coordinates("lumped"))
+    equations = build_equations(of_gears, labelled, load_scenario("pd"), "yours")
+    problem = build_problem(TrialRequest("yours", equations, labelled, quick=True))
+    corners = list_corners(problem.frame.layout, labelled)
+    asked = {
+        part: len(problem.evaluate(problem.reference(""), part)) - problem.count
+        for part in ("mass_matrix", "rate_terms")
+    }
+    assert {corner.touching for corner in corners[: asked["rate_terms"]]} == {True, False}
+    assert asked["mass_matrix"] == len(corners)
 
 
 @pytest.mark.parametrize("planets", range(2, 9))

@@ -60,6 +60,13 @@ SPEEDS = (-1.0, 2.0)
 GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
+# What M, bias, gravity and force owe to themselves. They are compared with the engines at all
+# states, so that a few are enough for what takes many calls at each.
+SELF_CHECKS = ("christoffel", "gravity_slopes", "other_speeds", "by_torques")
+SELF_CHECKED = 20  # random states
+# Products of rates take many calls too, and no mesh law is in them: the first two corners of these,
+# on either side of the edge of contact, show whether this is so.
+FEW_CORNERS = 2
 # Parts that questions with other names belong to.
 PART_OF = {
     "coriolis": "bias",
@@ -137,8 +144,8 @@ def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> T
 class StateQuestion(SelfKeyedTask):
     """A part of supplied equations, asked at random states in their coordinates.
 
-    model: the name of the equations; seed: of the states; has_corners: whether it is asked at the
-    corners of mesh laws too.
+    model: the name of the equations; count, seed: of the random states, which corners of mesh laws
+    follow; first: how many of all are asked.
     """
 
     model: str
@@ -146,7 +153,7 @@ class StateQuestion(SelfKeyedTask):
     quantity: str
     count: int
     seed: int
-    has_corners: bool = True
+    first: int | None = None
 
     @property
     def cost(self) -> float:
@@ -165,7 +172,7 @@ class StateQuestion(SelfKeyedTask):
             model = build_model(self.model, self.case)
             assert isinstance(model, SuppliedModel)  # as it was registered
             drawn = draw_states(model.frame, self.case, self.count, self.seed)
-            states = drawn if self.has_corners else drawn[: self.count]
+            states = drawn[: self.first]
             source = model.repeated_equations if again else model.supplied
             for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
                 answers.append(answer)
@@ -272,8 +279,7 @@ class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
     has: the parts that they have, or that follow from those; motors: the joints that have one, from
-    0; spares_corners: whether parts that take many calls for a state are asked at random states
-    alone.
+    0; few_corners: of mesh laws, at how many of which the bias by pairs of rates is asked.
     """
 
     name: str
@@ -283,7 +289,7 @@ class VerificationProblem:
     count: int
     seed: int
     motors: tuple[int, ...]
-    spares_corners: bool = False
+    few_corners: int = FEW_CORNERS
 
     @property
     def mechanism(self) -> Arm:
@@ -370,12 +376,14 @@ class VerificationProblem:
 
     def ask_equations(self, quantity: str) -> StateQuestion:
         """The question of a part of the supplied equations."""
-        has_corners = self._has_corners(quantity)
-        return StateQuestion(self.name, self.case, quantity, self.count, self.seed, has_corners)
+        first = self._count_states(quantity)
+        return StateQuestion(self.name, self.case, quantity, self.count, self.seed, first)
 
-    def _has_corners(self, quantity: str) -> bool:
-        """Whether a part is asked at the corners of mesh laws, which come after random states."""
-        return not (self.spares_corners and quantity in BY_RATES)
+    def _count_states(self, quantity: str) -> int | None:
+        """At how many of the states, from the first on, a part is asked; None for all."""
+        if quantity in SELF_CHECKS:
+            return min(self.count, SELF_CHECKED)
+        return self.count + self.few_corners if quantity == "rate_terms" else None
 
     @cached_property
     def _kept(self) -> dict[Any, Any]:
@@ -388,7 +396,7 @@ class VerificationProblem:
             try:
                 if model not in self._kept:
                     self._kept[model] = transform_model(model, *made_of)
-                states = self.states if self._has_corners(quantity) else self.states[: self.count]
+                states = self.states[: self._count_states(quantity)]
                 answers = generate_answers(self._kept[model], quantity, states)
                 self._kept[key] = np.array(list(answers))
             except (Exception, SystemExit) as error:  # of an engine that may be another's
