@@ -51,8 +51,9 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at the first states.
 
-    Those of many calls for a state are asked at fewer of them. letters: the user's map in letters, where those of the arm do not decide. whole_bias: both
-    answers (K, n) to the bias at the states, of which the terms by rates are its values at others.
+    Those of many calls for a state are asked at fewer of them. letters: the user's map in letters,
+    where those of the arm do not decide. whole_bias: both answers (K, n) to the bias at the states,
+    of which the terms by rates are its values at others.
     """
 
     problem: VerificationProblem
