@@ -32,17 +32,34 @@ two_links = partial(written, "absolute", ())  # two rods, by hand
 LEVELS = ("links", "carriers", "armature", "coupled")
 
 
-def in_frame(
-    model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario
-) -> TransformedModel:
+class FramedModel(TransformedModel):
+    """A model in a user's coordinates, asked at a state."""
+
+    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
+        """M (n, n)."""
+        made: np.ndarray = super().mass_matrix(x[None])[0]
+        return made
+
+    def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The bias (n,)."""
+        made: np.ndarray = self.bias_at(x[None])(v)[0]
+        return made
+
+    def gravity(self, x: np.ndarray) -> np.ndarray:
+        """The forces that hold the weights (n,)."""
+        made: np.ndarray = super().gravity(x[None])[0]
+        return made
+
+
+def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario) -> FramedModel:
     """A model of the project in a user's coordinates."""
     gearing = coordinates.gearing
     planets = {} if gearing == "rigid" else {"planets": gearing}
     built = build(model, arm, scenario, usual_switches(arm, **planets))
-    return TransformedModel(built, build_frame(coordinates, arm))
+    return FramedModel(built, build_frame(coordinates, arm))
 
 
-def equations_of(moved: TransformedModel, **errors: object) -> Equations:
+def equations_of(moved: FramedModel, **errors: object) -> Equations:
     """Plain functions that answer as a model does; errors: other functions in their place."""
 
     def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:

@@ -311,7 +311,7 @@ def format_error_line(error: BaseException, folder: Path) -> str:
         for path, line in frames
         if folder in path.parents and "site-packages" not in path.parts
     ]
-    path, line = (user_frames or frames or [(Path(), None)])[-1]
+    path, line = (user_frames or frames or [(Path(), 0)])[-1]
     return f" ({path.name}, line {line})" if line else ""
 
 
