@@ -14,6 +14,7 @@ from crosscheck.models.robot.robot import Placement, Robot, RobotBody, compute_p
 from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.source.libraries import cross_vectors
 from tests.robots import chains, two_link
 from tests.robots.trials import robot_equations
 
@@ -409,7 +410,8 @@ CHAIN = chains.robot(
 
 
 def turn(axis: Vector, angle: float) -> Vector:
-    skew = np.cross(np.eye(3), axis)
+    x, y, z = axis
+    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
 
 
@@ -421,22 +423,24 @@ def balance(slip: str, q: Vector, v: Vector, a: Vector, down: Vector) -> Vector:
         R, p = own.placement.rotation @ turn(own.axis, q[k]), own.placement.position
         if slip == "out" and k == 2:
             p = CHAIN.bodies[1].com
-        pull = R.T @ (pull + np.cross(dw, p) + np.cross(w, np.cross(w, p)))
+        pull = R.T @ (pull + cross_vectors(dw, p) + cross_vectors(w, cross_vectors(w, p)))
         w, dw = R.T @ w, R.T @ dw
-        dw = dw + own.axis * a[k] + np.cross(w, own.axis * v[k])
+        dw = dw + own.axis * a[k] + cross_vectors(w, own.axis * v[k])
         w = w + own.axis * v[k]
-        at_centre = pull + np.cross(dw, solid.com) + np.cross(w, np.cross(w, solid.com))
+        at_centre = (
+            pull + cross_vectors(dw, solid.com) + cross_vectors(w, cross_vectors(w, solid.com))
+        )
         turns.append(R)
         forces.append(solid.mass * at_centre)
-        moments.append(solid.inertia @ dw + np.cross(w, solid.inertia @ w))
+        moments.append(solid.inertia @ dw + cross_vectors(w, solid.inertia @ w))
     force, moment, torques = np.zeros(3), np.zeros(3), np.zeros(len(q))
     for k in reversed(range(len(q))):
         if k + 1 < len(q):
             R = turns[k + 1].T if slip == "back" and k == 1 else turns[k + 1]
             force = R @ force
-            moment = R @ moment + np.cross(CHAIN.joints[k + 1].placement.position, force)
+            moment = R @ moment + cross_vectors(CHAIN.joints[k + 1].placement.position, force)
         force = force + forces[k]
-        moment = moment + moments[k] + np.cross(CHAIN.bodies[k].com, forces[k])
+        moment = moment + moments[k] + cross_vectors(CHAIN.bodies[k].com, forces[k])
         torques[k] = CHAIN.joints[k].axis @ moment
     return torques
 

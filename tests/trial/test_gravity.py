@@ -11,12 +11,11 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.report.trials.output import format_trial_json
-from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.symbolic import from_sympy
 from tests.trial.test_dependence import UNLIKE as BODIES
 from tests.trial.test_dependence import arm_of, bodies_of, pendulum
-from tests.trial.test_trial import equations_of, in_frame, trial_of
+from tests.trial.test_trial import FramedModel, equations_of, in_frame, trial_of
 
 UNLIKE = arm_of(*BODIES)
 
@@ -110,7 +109,7 @@ def test_geared_equations_have_their_weights_apart_too(coordinates):
         moved = in_frame("analytic:physical", coordinates, arm, scenario)
         still = arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
         light = in_frame("analytic:physical", coordinates, still, scenario)
-        apart = TransformedModel(moved.model, moved.frame, light.model)
+        apart = FramedModel(moved.model, moved.frame, light.model)
         whole, bare = equations_of(moved), equations_of(light)
         return replace(
             whole,

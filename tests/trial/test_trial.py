@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from crosscheck.checks.corners import list_corners
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
@@ -14,6 +15,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import build
 from crosscheck.trial.arms.questions import TransformedModel
+from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
@@ -30,17 +32,34 @@ two_links = partial(written, "absolute", ())  # two rods, by hand
 LEVELS = ("links", "carriers", "armature", "coupled")
 
 
-def in_frame(
-    model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario
-) -> TransformedModel:
+class FramedModel(TransformedModel):
+    """A model in a user's coordinates, asked at a state."""
+
+    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
+        """M (n, n)."""
+        made: np.ndarray = super().mass_matrix(x[None])[0]
+        return made
+
+    def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The bias (n,)."""
+        made: np.ndarray = self.bias_at(x[None])(v)[0]
+        return made
+
+    def gravity(self, x: np.ndarray) -> np.ndarray:
+        """The forces that hold the weights (n,)."""
+        made: np.ndarray = super().gravity(x[None])[0]
+        return made
+
+
+def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario) -> FramedModel:
     """A model of the project in a user's coordinates."""
     gearing = coordinates.gearing
     planets = {} if gearing == "rigid" else {"planets": gearing}
     built = build(model, arm, scenario, usual_switches(arm, **planets))
-    return TransformedModel(built, build_frame(coordinates, arm))
+    return FramedModel(built, build_frame(coordinates, arm))
 
 
-def equations_of(moved: TransformedModel, **errors: object) -> Equations:
+def equations_of(moved: FramedModel, **errors: object) -> Equations:
     """Plain functions that answer as a model does; errors: other functions in their place."""
 
     def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
@@ -89,6 +108,20 @@ def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears,
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
     assert [finding.id for finding in trial.agreement.disagreeing] == []
     assert trial.diagnosis.entries == ()
+
+
+def test_products_of_rates_are_asked_on_both_sides_of_the_edge_of_contact(labelled):
+    """And M at all corners of the mesh laws: no law is in either, unless equations are wrong."""
+    of_gears = of_project("analytic:physical", Coordinates("lumped"))
+    equations = build_equations(of_gears, labelled, load_scenario("pd"), "yours")
+    problem = build_problem(TrialRequest("yours", equations, labelled, quick=True))
+    corners = list_corners(problem.frame.layout, labelled)
+    asked = {
+        part: len(problem.evaluate(problem.reference(""), part)) - problem.count
+        for part in ("mass_matrix", "rate_terms")
+    }
+    assert {corner.touching for corner in corners[: asked["rate_terms"]]} == {True, False}
+    assert asked["mass_matrix"] == len(corners)
 
 
 @pytest.mark.parametrize("planets", range(2, 9))

@@ -61,6 +61,13 @@ SPEEDS = (-1.0, 2.0)
 GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
+# What M, bias, gravity and force owe to themselves. They are compared with the engines at all
+# states, so that a few are enough for what takes many calls at each.
+SELF_CHECKS = ("christoffel", "gravity_slopes", "other_speeds", "by_torques")
+SELF_CHECKED = 20  # random states
+# Products of rates take many calls too, and no mesh law is in them: the first two corners of these,
+# on either side of the edge of contact, show whether this is so.
+FEW_CORNERS = 2
 # Parts that questions with other names belong to.
 PART_OF = {
     "coriolis": "bias",
@@ -78,51 +85,101 @@ class TransformedModel:
 
     With q = phi(x), J = dphi/dx and q' = J u (Siciliano et al., Robotics, ch. 7: the equations of
     motion are covariant). weightless: the same model without gravity, of equations that have the
-    weights apart; the force is then its.
+    weights apart; the force is then its. Every method takes the states along the first axis.
     """
 
     model: Model
     frame: Frame
     weightless: Model | None = None
 
-    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """M_x = J^T M J, shape (n, n)."""
-        jacobian = self.frame.jacobian(x)
-        return jacobian.T @ self.model.mass_matrix(self.frame.position(x)) @ jacobian
+    def answer(self, quantity: str, states: Sequence[UserState]) -> np.ndarray:
+        """The answers to what models are asked, at states."""
+        x, u = (np.array([getattr(state, name) for state in states]) for name in ("x", "u"))
+        if quantity == "mass_matrix":
+            return self.mass_matrix(x)
+        if quantity == "bias":
+            return self.bias_at(x)(u)
+        if quantity == "rate_terms":
+            return rate_terms(self.bias_at(x), x.shape[1], self._find_steps(x))
+        if quantity == "gravity":
+            return self.gravity(x)
+        return self.force_at(states) if quantity == "force" else self.acceleration_at(states)
 
-    def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """h_x = J^T (h + M J' u), shape (n,)."""
-        return self.bias_at(x)(u)
+    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
+        """M_x = J^T M J, shape (states, n, n)."""
+        q, jacobians = self._locate(x)
+        made: np.ndarray = jacobians.swapaxes(1, 2) @ _ask(self.model, "mass_matrix", q) @ jacobians
+        return made
 
     def bias_at(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-        """The bias (n,) as a function of the rates u (n,), at one place."""
-        q, jacobian = self.frame.position(x), self.frame.jacobian(x)
-        if self.frame.matrix is not None:  # J' is 0
-            return lambda u: jacobian.T @ self.model.bias(q, jacobian @ u)
-        mass_matrix = self.model.mass_matrix(q)
-        return lambda u: (
-            jacobian.T @ (self.model.bias(q, jacobian @ u) + mass_matrix @ self.frame.drift(x, u))
-        )
+        """J^T (h + M J' u) at places x, (states, n), by rates u there (states, n) or (n,)."""
+        q, jacobians = self._locate(x)
+        is_curved = self.frame.matrix is None  # else J' is 0
+        mass = _ask(self.model, "mass_matrix", q) if is_curved else None
 
-    def force_at(self, state: UserState) -> np.ndarray:
-        """f_x = J^T f, shape (n,)."""
-        force = (self.weightless or self.model).generalized_force(state.t, state.q, state.v)
-        return self.frame.jacobian(state.x).T @ force
+        def compute_bias(u: np.ndarray) -> np.ndarray:
+            u = np.broadcast_to(u, x.shape)
+            bias = _ask(self.model, "bias", q, _multiply(jacobians, u))
+            if mass is not None:
+                drift = np.array([self.frame.drift(*each) for each in zip(x, u, strict=True)])
+                bias = bias + _multiply(mass, drift)
+            return _multiply(jacobians.swapaxes(1, 2), bias)
+
+        return compute_bias
+
+    def force_at(self, states: Sequence[UserState]) -> np.ndarray:
+        """f_x = J^T f, shape (states, n)."""
+        force = _ask_at(self.weightless or self.model, "generalized_force", states)
+        jacobians = self._list_jacobians(np.array([state.x for state in states]))
+        return _multiply(jacobians.swapaxes(1, 2), force)
 
     def gravity(self, x: np.ndarray) -> np.ndarray:
-        """g_x = J^T g, shape (n,): what the force lacks with weights, at rest."""
+        """g_x = J^T g, shape (states, n): what the force lacks with weights, at rest."""
         assert self.weightless is not None  # else nobody asks
-        q = self.frame.position(x)
+        q, jacobians = self._locate(x)
+        at_rest = np.zeros(len(x)), q, 0 * q
         without, whole = (
-            model.generalized_force(0.0, q, 0 * q) for model in (self.weightless, self.model)
+            _ask(model, "generalized_force", *at_rest) for model in (self.weightless, self.model)
         )
-        return self.frame.jacobian(x).T @ (without - whole)
+        return _multiply(jacobians.swapaxes(1, 2), without - whole)
 
-    def acceleration_at(self, state: UserState) -> np.ndarray:
-        """x'' of q'' = J x'' + J' u, shape (n,)."""
-        moving = self.model.acceleration(state.t, state.q, state.v)
-        drift = self.frame.drift(state.x, state.u)
-        return np.linalg.solve(self.frame.jacobian(state.x), moving - drift)
+    def acceleration_at(self, states: Sequence[UserState]) -> np.ndarray:
+        """x'' of q'' = J x'' + J' u, shape (states, n)."""
+        moving = _ask_at(self.model, "acceleration", states)
+        jacobians = self._list_jacobians(np.array([state.x for state in states]))
+        drift = np.array([self.frame.drift(state.x, state.u) for state in states])
+        solved: np.ndarray = np.linalg.solve(jacobians, (moving - drift)[..., None])
+        return solved[..., 0]
+
+    def _locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The project's coordinates (states, n) at places, and J there (states, n, n)."""
+        return np.array(list(map(self.frame.position, x))), self._list_jacobians(x)
+
+    def _list_jacobians(self, x: np.ndarray) -> np.ndarray:
+        return np.array(list(map(self.frame.jacobian, x)))
+
+    def _find_steps(self, x: np.ndarray) -> np.ndarray:
+        angular = self.frame.layout.angular
+        return np.array([difference_steps(each, angular) for each in self._list_jacobians(x)])
+
+
+def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
+    """The answers of a model's method at states, the first axis of all that is given."""
+    answer: Callable[..., np.ndarray] = getattr(model, method)
+    if model.takes_many_states:
+        return answer(*given)
+    return np.array([answer(*state) for state in zip(*given, strict=True)])
+
+
+def _ask_at(model: Model, method: str, states: Sequence[UserState]) -> np.ndarray:
+    """The same of a method of time and state."""
+    return _ask(model, method, *(np.array([state[k] for state in states]) for k in (0, 3, 4)))
+
+
+def _multiply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Products (states, n) of matrices (states, n, n) and vectors (states, n)."""
+    products: np.ndarray = (matrices @ vectors[..., None])[..., 0]
+    return products
 
 
 def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
@@ -138,8 +195,8 @@ def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> T
 class StateQuestion(SelfKeyedTask):
     """A part of supplied equations, asked at random states in their coordinates.
 
-    model: the name of the equations; seed: of the states; has_corners: whether it is asked at the
-    corners of mesh laws too.
+    model: the name of the equations; count, seed: of the random states, which corners of mesh laws
+    follow; first: how many of all are asked.
     """
 
     model: str
@@ -147,7 +204,7 @@ class StateQuestion(SelfKeyedTask):
     quantity: str
     count: int
     seed: int
-    has_corners: bool = True
+    first: int | None = None
 
     @property
     def cost(self) -> float:
@@ -166,7 +223,7 @@ class StateQuestion(SelfKeyedTask):
             model = build_model(self.model, self.case)
             assert isinstance(model, SuppliedModel)  # as it was registered
             drawn = draw_states(model.frame, self.case, self.count, self.seed)
-            states = drawn if self.has_corners else drawn[: self.count]
+            states = drawn[: self.first]
             source = model.repeated_equations if again else model.supplied
             for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
                 answers.append(answer)
@@ -178,33 +235,29 @@ class StateQuestion(SelfKeyedTask):
 
 
 def generate_answers(
-    source: Source, quantity: str, states: Sequence[UserState], order: int = 1
+    source: SuppliedEquations, quantity: str, states: Sequence[UserState], order: int = 1
 ) -> Iterator[np.ndarray]:
     """Answer a quantity state by state; with order -1 the last state comes first."""
     for state, other in list(zip(states, [*states[1:], states[0]], strict=True))[::order]:
         yield QUESTIONS[quantity](source, state, other.u)
 
 
-Source = SuppliedEquations | TransformedModel
 # At a state, and with an acceleration (n,) where one is needed: the rates of another state.
-Answer = Callable[[Source, UserState, np.ndarray], np.ndarray]
+Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 
-def _rate_terms(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-    at_rates = (
-        source.bias_at(state.x)
-        if isinstance(source, TransformedModel)
-        else partial(source.bias, state.x)
-    )
-    return rate_terms(at_rates, state.x.size, steps)
+    return rate_terms(partial(source.bias, state.x), state.x.size, steps)
 
 
-def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _christoffel(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     return christoffel_terms(_mass_slopes(source, state, a))
 
 
-def _find_slopes(part: str, source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _find_slopes(
+    part: str, source: SuppliedEquations, state: UserState, a: np.ndarray
+) -> np.ndarray:
     frame, values = source.frame, getattr(source, part)
     steps = difference_steps(frame.jacobian(state.x), frame.layout.angular)
     return find_slopes(values, state.x, steps, curved=frame.matrix is None)
@@ -213,22 +266,21 @@ def _find_slopes(part: str, source: Source, state: UserState, a: np.ndarray) -> 
 _mass_slopes, _gravity_slopes = (partial(_find_slopes, p) for p in ("mass_matrix", "gravity"))
 
 
-def _bias_at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _bias_at_other_speeds(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     """The bias at other speeds, h(x, s u) / s^2, then h(x, 0): shape (speeds + 1, n)."""
     moving = [source.bias(state.x, speed * state.u) / speed**2 for speed in SPEEDS]
     return np.array([*moving, source.bias(state.x, 0 * state.u)])
 
 
-def _forces_by_torque(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _forces_by_torque(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     """Forces (2 m + 2, n) at no torque, at each alone, at twice each alone, and at all together."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
     return np.array([source.force_at(state._replace(torque=each)) for each in torques])
 
 
-def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _inverse_dynamics(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     """Inverse dynamics as supplied, then M a + h, then a: shape (3, n)."""
-    assert isinstance(source, SuppliedEquations)  # nobody else is asked
     user_torques = source.inverse_dynamics(state.x, state.u, a)
     return np.array(
         [user_torques, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a]
@@ -273,8 +325,7 @@ class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
     has: the parts that they have, or that follow from those; motors: the joints that have one, from
-    0; spares_corners: whether parts that take many calls for a state are asked at random states
-    alone.
+    0; few_corners: of mesh laws, at how many of which the bias by pairs of rates is asked.
     """
 
     name: str
@@ -284,7 +335,7 @@ class VerificationProblem:
     count: int
     seed: int
     motors: tuple[int, ...]
-    spares_corners: bool = False
+    few_corners: int = FEW_CORNERS
 
     @property
     def mechanism(self) -> Arm:
@@ -371,12 +422,14 @@ class VerificationProblem:
 
     def ask_equations(self, quantity: str) -> StateQuestion:
         """The question of a part of the supplied equations."""
-        has_corners = self._has_corners(quantity)
-        return StateQuestion(self.name, self.case, quantity, self.count, self.seed, has_corners)
+        first = self._count_states(quantity)
+        return StateQuestion(self.name, self.case, quantity, self.count, self.seed, first)
 
-    def _has_corners(self, quantity: str) -> bool:
-        """Whether a part is asked at the corners of mesh laws, which come after random states."""
-        return not (self.spares_corners and quantity in BY_RATES)
+    def _count_states(self, quantity: str) -> int | None:
+        """At how many of the states, from the first on, a part is asked; None for all."""
+        if quantity in SELF_CHECKS:
+            return min(self.count, SELF_CHECKED)
+        return self.count + self.few_corners if quantity == "rate_terms" else None
 
     @cached_property
     def _kept(self) -> dict[Any, Any]:
@@ -389,9 +442,8 @@ class VerificationProblem:
             try:
                 if model not in self._kept:
                     self._kept[model] = transform_model(model, *made_of)
-                states = self.states if self._has_corners(quantity) else self.states[: self.count]
-                answers = generate_answers(self._kept[model], quantity, states)
-                self._kept[key] = np.array(list(answers))
+                states = self.states[: self._count_states(quantity)]
+                self._kept[key] = self._kept[model].answer(quantity, states)
             except (Exception, SystemExit) as error:  # of an engine that may be another's
                 self._kept[key] = failure_from_error(error)
         values: np.ndarray | Failure = self._kept[key]

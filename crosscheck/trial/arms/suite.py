@@ -82,8 +82,8 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
         symmetry = PartSize(by_mass.mass, rounding, "rounding of the entries' natural sizes")
         if {"rate_terms", "christoffel"} <= set(values):
             size, demanded = make_part_size(by_mass, "rate_terms"), values["christoffel"]
-            terms = Identity(*CHRISTOFFEL, size, values["rate_terms"], demanded, axes=3)
-            identities.append(terms)
+            terms = values["rate_terms"][: len(demanded)]
+            identities.append(Identity(*CHRISTOFFEL, size, terms, demanded, axes=3))
         if "inverse_dynamics" in values:
             given, expected, a = values["inverse_dynamics"].swapaxes(0, 1)
             whole = by_mass.bias + by_mass.mass @ np.abs(a).max(axis=0)

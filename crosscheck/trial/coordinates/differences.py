@@ -60,16 +60,18 @@ def rate_terms(
 
     Exactly, from the bias at unit rates: what a pair of them adds to what each has alone. Rates
     are in proportion to steps (n,), if given, since in different units a pair's share may vanish.
+    A bias at many states (states, n), with steps for each (states, n), has B (states, n, n, n).
     """
     rates = np.ones(n) if steps is None else 2.0 ** np.round(np.log2(steps / TURN_RAD))
-    units = np.diag(rates)
+    units = [rates * unit for unit in np.eye(n)]
     alone = [bias(unit) for unit in units]
-    terms = np.zeros((n, n, n))
+    terms = np.zeros((*alone[0].shape, n, n))
     for j in range(n):
-        terms[:, j, j] = alone[j]
+        terms[..., j, j] = alone[j]
         for k in range(j + 1, n):
-            terms[:, j, k] = bias(units[j] + units[k]) - alone[j] - alone[k]
-    return terms / np.outer(rates, rates)
+            terms[..., j, k] = bias(units[j] + units[k]) - alone[j] - alone[k]
+    pairs: np.ndarray = rates[..., None, :, None] * rates[..., None, None, :]
+    return terms / pairs
 
 
 def christoffel_terms(slopes: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from traceback import StackSummary, TracebackException
-from types import SimpleNamespace
+from types import CellType, CodeType, FunctionType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -257,13 +257,31 @@ def _make_named_call(
 def _list_parameters(function: Any) -> list[inspect.Parameter] | None:
     """The parameters that are still free; None where nobody knows, or there may be any number."""
     try:
-        parameters = list(inspect.signature(function).parameters.values())
+        parameters = list(read_signature(function).parameters.values())
     except (TypeError, ValueError):  # a builtin, an extension's function, or no function at all
         return None
     if any(p.kind == p.VAR_POSITIONAL for p in parameters):
         return None
     fixed = function.keywords if isinstance(function, functools.partial) else {}
     return [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
+
+
+def read_signature(function: Any) -> inspect.Signature:
+    """The signature of a function, read once of all that were made by the same code.
+
+    Raises TypeError and ValueError as inspect does.
+    """
+    is_plain = type(function) is FunctionType and not function.__dict__
+    if not is_plain or function.__defaults__ or function.__kwdefaults__:
+        return inspect.signature(function)
+    return _read_code_signature(function.__code__)
+
+
+@functools.lru_cache(maxsize=256)
+def _read_code_signature(code: CodeType) -> inspect.Signature:
+    """The signature of functions of this code that have no defaults."""
+    cells = tuple(CellType() for _ in code.co_freevars)
+    return inspect.signature(FunctionType(code, {}, closure=cells))
 
 
 def _list_meanings(names: Iterable[str], part: str) -> dict[str, str]:

@@ -26,7 +26,13 @@ from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.report.formatting import list_first
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
-from crosscheck.trial.input.calls import MEANT, TAKES, make_named_calls, select_parts
+from crosscheck.trial.input.calls import (
+    MEANT,
+    TAKES,
+    make_named_calls,
+    read_signature,
+    select_parts,
+)
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
@@ -201,7 +207,7 @@ def _is_factory(source: Any) -> bool:
 
 
 def _call_factory(factory: Maker, arguments: Mapping[str, Any]) -> Any:
-    bound = inspect.signature(factory).bind_partial()
+    bound = read_signature(factory).bind_partial()
     bound.arguments.update(arguments)
     return factory(*bound.args, **bound.kwargs)
 
@@ -297,18 +303,20 @@ def format_error(error: BaseException) -> str:
 def format_error_line(error: BaseException, folder: Path) -> str:
     """File and line of what raised: the last of the user's own, else the last of anybody's."""
     package_folder = Path(crosscheck.__file__).parent
+    called = [
+        (frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)
+    ]
     frames = [
-        (Path(frame.filename), frame.lineno)
-        for frame in traceback.extract_tb(error.__traceback__)
-        if package_folder not in Path(frame.filename).parents
-        and not frame.filename.startswith("<frozen")
+        (Path(name), line)
+        for name, line in called
+        if package_folder not in Path(name).parents and not name.startswith("<frozen")
     ]
     user_frames = [
         (path, line)
         for path, line in frames
         if folder in path.parents and "site-packages" not in path.parts
     ]
-    path, line = (user_frames or frames or [(Path(), None)])[-1]
+    path, line = (user_frames or frames or [(Path(), 0)])[-1]
     return f" ({path.name}, line {line})" if line else ""
 
 
@@ -376,7 +384,7 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
     names: of what there is, such as arm and scenario.
     """
     try:
-        parameters = inspect.signature(factory).parameters.values()
+        parameters = read_signature(factory).parameters.values()
     except (TypeError, ValueError):
         raise InputError(where, "", None, f"is a builtin; must be {ACCEPTED}") from None
     meant = {p.name: p.name for p in parameters if p.name in names}

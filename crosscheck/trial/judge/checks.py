@@ -232,8 +232,9 @@ def _list_identities(answers: AnswerSet) -> Iterator[Identity]:
         sides = answers.symmetry, values["mass_matrix"], values["mass_matrix"].swapaxes(1, 2)
         yield Identity("symmetric", "mass_matrix", *sides, axes=2, fault="M is not symmetric")
     if "bias" in values and answers.other_speeds is not None:
-        at_speeds = answers.other_speeds.swapaxes(0, 1)
-        expected = np.repeat(values["bias"][None], len(at_speeds), axis=0)
+        at_speeds = answers.other_speeds.swapaxes(0, 1)  # at the first states
+        bias = values["bias"][: at_speeds.shape[1]]
+        expected = np.repeat(bias[None], len(at_speeds), axis=0)
         expected[-1] = 0.0  # at rest
         fault = "the bias is not quadratic in the rates"
         yield Identity("bias-quadratic", "bias", sizes["bias"], at_speeds, expected, fault=fault)

@@ -124,13 +124,12 @@ class EditSearch:
 
     def _observe(self) -> set[int]:
         """See what runs and what names are meanwhile: lines that run whenever parts are asked."""
-        judge = self.judge
-        self.tree.observe(lambda: judge.ask(judge.bind()))
+        judge, answers = self.judge, list[Answer]()
+        made, _ = self.tree.observe(
+            lambda: answers.append(judge.bind()), lambda: judge.ask(answers[0])
+        )
         if judge.is_slow:
             return set()
-        answers = list[Answer]()
-        made = list_run_lines(self.code.file, lambda: answers.append(judge.bind()))
-        judge.ask(answers[0])
         return list_run_lines(self.code.file, lambda: judge.ask(answers[0])) - made
 
     def _find_energies(self) -> Energies | None:

@@ -219,8 +219,8 @@ class SourceTree:
         siblings = dict.fromkeys(f"{element}.{name}" for element in elements for name in names)
         return siblings | dict.fromkeys(_list_other_elements(scope))
 
-    def observe(self, run: Callable[[], object]) -> set[int]:
-        """See what all names are while equations are made and asked: the lines that run."""
+    def observe(self, *runs: Callable[[], object]) -> list[set[int]]:
+        """See what all names are while equations are made and asked: the lines of each run."""
         leaves: dict[int, dict[str, CodeType]] = {}
         siblings: dict[int, dict[str, CodeType]] = {}
         indices: dict[int, set[str]] = {}
@@ -266,8 +266,8 @@ class SourceTree:
                 unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
                 _record_values(scope, frame, unwritten)
 
-        lines = list_run_lines(self.code.file, run, record)
-        self.lines |= lines
+        lines = [list_run_lines(self.code.file, run, record) for run in runs]
+        self.lines.update(*lines)
         return lines
 
 

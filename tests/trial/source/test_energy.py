@@ -43,24 +43,21 @@ def point_masses(joints: int) -> Arm:
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong", "new", "argument"),
+    ("right", "wrong", "new", "form"),
     [
         ("d2 * sp.cos(a1 + a2)", "d2 * sp.cos(a2)", "a1 + a2", ""),
-        ("g * m2 * y2", "g * m2 * y1", "g * m2 * y2", "arm"),
         ("g * m2 * y2", "g * m2 * x2", "y2", "L alone"),
         ("g * m2 * y2", "g * m2 * x2", "y2", "forcing"),
     ],
 )
-def test_a_slip_before_the_energies_is_named(tmp_path, right, wrong, new, argument):
+def test_a_slip_before_the_energies_is_named(tmp_path, right, wrong, new, form):
     assert right in LAGRANGE
     text = LAGRANGE.replace(right, wrong, 1)
-    if argument == "L alone":
+    if form == "L alone":
         potential = text[text.index("V = ") + 4 :].partition("\n")[0]
         text = text.replace(f"    V = {potential}\n", "\n").replace("- V", f"- ({potential})")
-    elif argument == "forcing":  # of which the weights are a part
+    elif form == "forcing":  # of which the weights are a part
         text = text.replace("bias=C, gravity=G", "forcing=-C - G")
-    else:
-        text = text.replace("model()", f"model({argument})")
     file = tmp_path / "mine.py"
     file.write_text(text, encoding="utf-8")
     change = try_equations(f"{file}:model", point_masses(2)).change
@@ -85,11 +82,15 @@ def model():
 """
 
 
-def test_an_energy_of_rates_alone_is_one(tmp_path):
+@pytest.mark.parametrize(("argument", "new"), [("", ("1 - d", "d")), ("arm", ("d",))])
+def test_an_energy_of_rates_alone_is_one(tmp_path, argument, new):
+    """On an arm of another length, where equations take one, 1 - d is not d."""
     file = tmp_path / "mine.py"
-    file.write_text(ONE_JOINT.replace("d * v", "(1 + d) * v"), encoding="utf-8")
+    text = ONE_JOINT.replace("d * v", "(1 + d) * v").replace("model()", f"model({argument})")
+    file.write_text(text, encoding="utf-8")
     (edit,) = try_equations(f"{file}:model", point_masses(1)).change.edits
     assert edit.start.strip() == "speed = ("
+    assert edit.new in new
 
 
 PENDULUM = """

@@ -49,10 +49,11 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 
 @dataclass(frozen=True)
 class EntryComparison:
-    """A model and the reference on one arm: answers of both for every part, at every state.
+    """A model and the reference on one arm: answers of both for every part, at the first states.
 
-    letters: the user's map in letters, where those of the arm do not decide. whole_bias: both
-    answers (K, n) to the bias at the states, of which the terms by rates are its values at others.
+    Those of many calls for a state are asked at fewer of them. letters: the user's map in letters,
+    where those of the arm do not decide. whole_bias: both answers (K, n) to the bias at the states,
+    of which the terms by rates are its values at others.
     """
 
     problem: VerificationProblem
@@ -167,7 +168,7 @@ class EntryComparison:
         }
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
-        """Yours minus right of an entry at every state (K,), and the entry's size."""
+        """Yours minus right of an entry at the first states (K,), and the entry's size."""
         quantity, index = QUANTITIES[place.part], place.index
         differences = self.user_values[quantity] - self.reference_values[quantity]
         return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
@@ -179,19 +180,21 @@ class EntryComparison:
         return rounding * float(self.sizes.entry_sizes(quantity)[place.index])
 
     @cached_property
-    def _bases(self) -> dict[str, WaveBasis]:
+    def _bases(self) -> dict[tuple[str, int], WaveBasis]:
         return {}
 
     def fit_waves(self, place: EntryPlace) -> dict[TermKey, float] | None:
         """The difference of an entry, taken apart into waves and signals; None where none do."""
         values, size = self.difference(place)
         kind = "force" if place.part in ("force", "gravity") else "mass_matrix"
-        if kind not in self._bases:
+        key, first = (kind, len(values)), slice(len(values))
+        if key not in self._bases:
             assert self.terms is not None  # else nobody asks
             signals = self.signals if kind == "force" else {}
             keys = list_keys(self.terms, signals, kind)
-            self._bases[kind] = WaveBasis(keys, self.angles, signals)
-        return self._bases[kind].fit(values, size)
+            signals = {name: signal[first] for name, signal in signals.items()}
+            self._bases[key] = WaveBasis(keys, self.angles[first], signals)
+        return self._bases[key].fit(values, size)
 
     @cached_property
     def _bias_from_mass(self) -> Mapping[tuple[EntryPlace, TermKey], float]:
@@ -204,12 +207,12 @@ class EntryComparison:
 
     def is_caused_by_mass(self, place: EntryPlace) -> bool:
         """Whether an entry of the bias is wrong for no other reason than M."""
+        difference, _ = self.difference(place)
         made = [
-            number * evaluate_wave(key, self.angles)
+            number * evaluate_wave(key, self.angles[: len(difference)])
             for (at, key), number in self._bias_from_mass.items()
             if at == place
         ]
-        difference, _ = self.difference(place)
         allowed = FOLLOWS * np.abs(difference).max() + self.noise(place)
         return bool(made) and bool(np.abs(difference - sum(made)).max() <= allowed)
 

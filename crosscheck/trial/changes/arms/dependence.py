@@ -200,9 +200,7 @@ class Dependence:
             equations = problem.equations.adapt_to_arm(arm, case.scenario)
         except InputError:  # equations of some arms alone
             return None
-        return replace(
-            problem, equations=equations, case=case, count=FEW_STATES, spares_corners=True
-        )
+        return replace(problem, equations=equations, case=case, count=FEW_STATES, few_corners=0)
 
 
 def _subsets(powers: Powers) -> list[dict[str, int]]:

@@ -33,9 +33,9 @@ def _make_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
 
     These are the first, corners at the end, and the worst.
     """
-    terms, count = arms[0].terms, min(len(arm.states) for arm in arms)
+    terms, differences = arms[0].terms, [arm.difference(place)[0] for arm in arms]
     assert terms is not None  # else nobody asks
-    differences = [arm.difference(place)[0] for arm in arms]
+    count = min(map(len, differences))
     half = (MOST_STATES if place.part == "force" else FEW_STATES) // 2
     worst = int(np.abs(differences[0][:count]).argmax())
     few = np.unique([*range(min(count, half)), *range(max(count - half, 0), count), worst])
