@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.catalogue import CLAIMS
@@ -55,6 +56,14 @@ def test_the_page_is_well_formed(published):
 def test_every_axis_says_what_it_shows_in_which_unit(published):
     assert len(SVG.findall(published.html)) > len(NUMBERS)
     assert axis_problems(published.html) == []
+
+
+def test_every_drawing_has_its_words(published, snapshot: SnapshotAssertion):
+    """Titles, axes and legends of every drawing, in the order in which they are drawn."""
+    texts = [re.findall(r"<!-- (.*?) -->", drawing) for drawing in SVG.findall(published.html)]
+    words = [[text for text in each if re.search("[A-Za-z]{2}", text)] for each in texts]
+    lines = [" | ".join(dict.fromkeys(text for text in each if "math" not in text)) for each in words]
+    assert "\n".join(filter(None, lines)) == snapshot
 
 
 @pytest.mark.parametrize("number", NUMBERS)
