@@ -12,6 +12,7 @@ from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
 from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
 from crosscheck.planning.arms import switch_combinations
 from crosscheck.registry import build
+from tests import planet_laws
 from tests.loops import require_items
 
 ARMS = ("probe", "three-unlike", "planets-apart")
@@ -60,10 +61,10 @@ def test_contacts_under_every_law(laws):
     assert apart("exudyn:tree", load_arm("probe"), laws) < ROUNDING
 
 
-@pytest.mark.parametrize("arm_name", ARMS)
+@pytest.mark.parametrize("arm_name", [*ARMS, *planet_laws.ARMS])
 @pytest.mark.parametrize("work", ["paper", "conservative"])
 def test_contacts_of_any_mesh(arm_name, work):
-    arm = load_arm(arm_name)
+    arm = planet_laws.ARMS[arm_name]() if arm_name in planet_laws.ARMS else load_arm(arm_name)
     laws = usual_switches(arm, planets="free", mesh_work=work)
     assert apart("exudyn:tree", arm, laws) < ROUNDING
 
