@@ -118,6 +118,15 @@ def test_numbers_of_a_robot_are_changed_as_they_say():
     assert before["robot.links.b.mass_kg"] == 5.0
 
 
+def test_what_adds_to_the_links_asks_for_more_than_one_level():
+    """Rotors, or armatures whose rotors no file describes; a robot of links alone has one level."""
+    own = robots.arm()
+    bare = replace(own, rotors=())
+    armoured = replace(bare, joints=(replace(own.joints[0], armature=0.3), *own.joints[1:]))
+    counts = [len(SpatialRobot(each).levels) for each in (own, bare, armoured)]
+    assert counts == [3, 1, 3]
+
+
 def test_an_arm_without_gears_has_one_level_and_one_answer():
     """A wrong payload is one explanation, not one of each level that is the same there."""
     arm = arm_of(2, direct=[0, 1])
