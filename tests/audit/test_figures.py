@@ -39,6 +39,7 @@ from crosscheck.audit.figures.figure_data import (
 )
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
+from crosscheck.models.errors import Diverged
 from tests.audit.published import BRIEF
 from tests.audit.runs import simulate
 
@@ -113,6 +114,16 @@ def test_a_figure_says_how_many_starts_are_severe(kept):
     plate = draw_figure_14(shelf_in(kept))
     assert plate.numbers["severe"] == {name: [0, 0] for name in plate.numbers["severe"]}
     assert len(plate.numbers["severe"]) == len(LAWS)
+    assert "b 50 µm, E 5 µm; k_m 1e+08 N/m, k_a 2e+07 N/m" in plate.to_html()
+
+
+def test_a_figure_whose_run_diverges_says_so(tmp_path, monkeypatch):
+    def diverge(data):
+        raise Diverged("mine:run", 0.3)
+
+    monkeypatch.setitem(figures.FIGURE_FUNCTIONS, 9, diverge)
+    (plate,) = figures.draw_figures(shelf_in(tmp_path).context, [9])
+    assert "mine:run: diverged at t = 0.3 s" in plate.to_html()
 
 
 def test_a_figure_draws_the_start_of_its_seed(tmp_path, monkeypatch):

@@ -82,6 +82,23 @@ def test_numbers_of_bodies(arm_name):
         assert numbers.planet_inertia == pytest.approx(planet * numbers.planet_radius**2, rel=1e-15)
 
 
+@pytest.mark.parametrize("name", ["pd", "back-and-forth"])
+def test_motors_follow_the_law_of_an_experiment(name):
+    """A rigid arm is moved by the torques on its joints, at random times and states."""
+    arm, scenario = load_arm("direct-between"), load_scenario(name)
+    still = tuple(j.model_copy(update={"friction_N_m_s_per_rad": 0.0}) for j in arm.joints)
+    bare = arm.model_copy(update={"joints": still, "gravity_m_per_s2": (0.0, 0.0)})
+    model, motors = build("analytic:coupled", bare, scenario), Motors(bare, scenario)
+    ratios = [
+        (j.sun_teeth + j.ring_teeth) / j.sun_teeth if isinstance(j, Planetary) else 1.0
+        for j in arm.joints
+    ]
+    for t, *state in np.random.default_rng(2).uniform(0, 0.5, (5, 1 + 2 * len(ratios))):
+        q, v = np.reshape(state, (2, -1))
+        torques = model.generalized_force(t, q, v)
+        np.testing.assert_allclose(motors.torques(t, q, v) * ratios, torques, rtol=1e-13)
+
+
 def test_motors_turn_the_sun_by_the_output_torque_over_the_ratio():
     arm, scenario = load_arm("direct-between"), load_scenario("constant-torque")
     drive = scenario.drive.model_copy(update={"torque_N_m": 7.0})
