@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -72,6 +73,8 @@ def test_numbers_beside_figures_are_the_shoulders():
     apart = ("scenario.drive.torque_N_m=[100.0, -10.0]",)
     run = extract_signals(simulate(Variant("constant-torque", settings=apart, duration_s=1e-3)))
     assert static_numbers(run)["static_um"] == pytest.approx(52, abs=0.1)
+    back = static_numbers(replace(run, theta_dot=-run.theta_dot))
+    assert back == static_numbers(run)
     later = run.time > 5e-4
     turning = replace(run, torque=np.column_stack([1 - 2 * later, 2 * later - 1]))
     assert braking_numbers(turning)["brakes_s"] == run.time[later][0]
@@ -139,6 +142,16 @@ def test_a_figure_draws_the_start_of_its_seed(tmp_path, monkeypatch):
         make_start_variant(each, make_condition(law), 7) for each in (CONSTANT, PD) for law in LAWS
     }
     assert set(drawn) == expected
+
+
+@pytest.mark.parametrize(
+    ("asked", "sampled"), [(ERROR(5), PD), (BACKLASH(50), PD), (ERROR(1.6), ERROR(1.6))], ids=str
+)
+def test_the_usual_member_of_a_sweep_is_the_pd_run(asked, sampled):
+    context = SimpleNamespace(samples=lambda requests, name: {each: each for each in requests})
+    requests = FigureData(context).samples_by_law(asked)
+    assert list(requests) == list(LAWS)
+    assert [request for _, request in requests.values()] == [sampled] * len(LAWS)
 
 
 def test_shelf_reads_a_run_once(tmp_path):

@@ -60,6 +60,7 @@ statement = "It turns."
 measure = "rate"
 above = 1e-4
 because = "the least that is seen"
+reading = "at every torque"
 
 [[claims]]
 id = "1-02"
@@ -159,6 +160,7 @@ def test_a_paper_of_an_arm_is_audited_the_same_way(tmp_path):
     shutil.copy(ROOT / "examples" / "plain_functions.py", tmp_path)
     audit = audit_paper(read_folder(tmp_path, run_code=True))
     turns, turns_faster = audit.judgements
+    assert (turns.claim.reading, turns_faster.claim.reading) == ("at every torque", "")
     assert turns.verdict.kind == VerdictKind.DEPENDS
     assert turns.verdict.depends_on == ("torque",)
     assert [answer.starts for answer in turns.answers] == [2, 2]

@@ -55,6 +55,27 @@ def test_curvature_is_the_slope_of_slopes():
     assert bodies.compute_curvature(at, along) == pytest.approx(right, abs=1e-7)
 
 
+def test_a_possible_body_comes_back_from_its_logarithms():
+    rows = np.random.default_rng(2).normal(scale=0.4, size=30)
+    values, _ = bodies.compute_parameters(rows)
+    assert bodies._find_logarithms(values, bodies.find_scale(values)) == pytest.approx(rows)
+
+
+def test_away_from_the_border_bodies_are_least_squares():
+    """Values and errors are then those of unknowns that no body holds."""
+    rng = np.random.default_rng(3)
+    is_link = np.repeat([False, True, False], (1, 20, 1))
+    truth, slopes = rng.normal(size=22), rng.normal(size=(90, 22))
+    rows = rng.normal(scale=0.3, size=20)
+    truth[is_link], state = bodies.compute_parameters(rows)[0], truth.copy()
+    state[is_link] = bodies.compute_parameters(rows + 0.02)[0]
+    state[~is_link] += 0.5
+    found = bodies.solve_bodies(slopes @ (truth - state), slopes, state, is_link)
+    assert found.state == pytest.approx(truth, abs=1e-7)
+    errors = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
+    assert found.errors == pytest.approx(errors, rel=1e-6)
+
+
 def test_possible_bodies_decide_where_links_known_to_a_half_do_not(armature):
     robot, given, _, found = armature
     assert find_identity_joints(robot) == ["j1", "j2", "j3"]

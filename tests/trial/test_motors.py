@@ -84,3 +84,7 @@ def test_a_scenario_that_drives_a_joint_without_motor_is_refused():
         request = TrialRequest("yours", equations, ARM, (scenario,))
         with pytest.raises(InputError, match="drives joint 1; the equations take no torque there"):
             build_problem(request)
+    gains = {"proportional_N_m_per_rad": (0.0, 9.0), "derivative_N_m_s_per_rad": (0.0, 1.0)}
+    second = load_scenario("pd").drive.model_copy(update=gains)
+    held = load_scenario("pd").model_copy(update={"drive": second})
+    assert build_problem(TrialRequest("yours", equations, ARM, (held,)))
