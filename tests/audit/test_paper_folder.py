@@ -183,6 +183,10 @@ def test_the_command_writes_the_verdicts(audit, monkeypatch, tmp_path, capsys):
         said = [setting["quantiles"] for setting in claim["settings"]]
         assert said == [list(answer.quantiles) for answer in judgement.answers]
     assert written["equations"] == audit.lines[4:]
+    (tmp_path / "verdicts.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(InputError, match=r"verdicts\.json"):
+        run_folder_command(ACROBOT, [], tmp_path, 1, True)
+    assert (tmp_path / "verdicts.json").read_text(encoding="utf-8") == "{}"
     assert "14.3-01: does not hold (2 no)" in capsys.readouterr().out
 
 
