@@ -1,5 +1,7 @@
 """Links that are possible bodies: what they decide where coupled and armature are one model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -91,6 +93,13 @@ def test_possible_bodies_decide_where_links_known_to_a_half_do_not(armature):
     words = " ".join(messages._describe_refinement(found, "torques"))
     assert "At armature possible bodies explain the torques" in words
     assert "those moved by j3 would be impossible" in words
+
+
+def test_where_one_fit_does_not_settle_nothing_is_said(armature):
+    first, *others = armature[3].fits
+    unsettled = replace(armature[3], fits=(replace(first, settled=False), *others))
+    (line,) = messages._describe_refinement(unsettled, "torques")
+    assert line.endswith("the fit does not converge.")
 
 
 def test_possible_bodies_of_either_level_decide_nothing():
