@@ -224,7 +224,7 @@ def test_numbers_of_a_sweep_are_whole_on_a_narrow_terminal(tmp_path, capsys, mon
 
 
 def test_axes_of_a_drawing_have_the_scales_of_their_points():
-    """Equal ratios are logarithmic, words stand for numbers; one member without value hides none."""
+    """Equal ratios are logarithmic, words stand for numbers; a lost member hides no ticks."""
     ratios, words = [1.0, 10.0, 100.0, 1000.0], ["low", "middle", "high"]
     values = np.arange(12.0).reshape(4, 3)
     values[0, 0] = np.nan
