@@ -93,7 +93,8 @@ def test_motors_follow_the_law_of_an_experiment(name):
         (j.sun_teeth + j.ring_teeth) / j.sun_teeth if isinstance(j, Planetary) else 1.0
         for j in arm.joints
     ]
-    for t, *state in np.random.default_rng(2).uniform(0, 0.5, (5, 1 + 2 * len(ratios))):
+    drawn = np.random.default_rng(2).uniform(0, 0.5, (5, 1 + 2 * len(ratios)))
+    for t, *state in require_items(drawn.tolist()):
         q, v = np.reshape(state, (2, -1))
         torques = model.generalized_force(t, q, v)
         np.testing.assert_allclose(motors.torques(t, q, v) * ratios, torques, rtol=1e-13)
