@@ -107,6 +107,9 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published):
     gears = {"omega_t/eq13/free", "omega_t/corrected/free", "angle/corrected/free"}
     assert {each.partition("/paper-")[0] for each in settings} == {*gears, AS_MODELLED}
     assert all(gears - {"angle/corrected/free"} <= set(claim["models"]) for claim in simulated)
+    variants = {name for claim in simulated for name in claim["variants"]}
+    laws = ("omega_t/eq13", "omega_t/corrected", "angle/corrected")
+    assert variants == {*(f"{law}/lumped" for law in laws), "angle/corrected/conservative/free"}
 
 
 def test_every_quantity_of_a_chapter_is_in_its_records(published):

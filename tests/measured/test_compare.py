@@ -5,6 +5,7 @@ import re
 import runpy
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 from unittest.mock import patch
 
 import numpy as np
@@ -21,6 +22,7 @@ from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
 from crosscheck.identification.restrictions import FileFits, compute_chance
 from crosscheck.identification.sampling import sample, space_signals
+from crosscheck.identification.terms import TorqueTerm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
@@ -160,8 +162,23 @@ def test_a_short_record_does_not_decide(short, snapshot):
     assert (lines := describe_answers(comparison))[:2] == snapshot
     beginnings = ("The motion hardly shows", "The best of 100 sums of sines")
     assert all(line.startswith(each) for line, each in zip(lines[2:], beginnings, strict=True))
+    printed = list(describe_comparison(comparison))
+    for step in require_items(comparison.sides[0].steps):
+        began = f"  {step.name}: {step.parameters} parameters, residual"
+        assert sum(line.startswith(began) for line in printed) == 1
     away = [replace(each, error=1.0 + each.error) for each in comparison.windows]
     assert describe_answers(replace(comparison, windows=tuple(away)))[:2] == snapshot
+
+
+def test_what_a_motion_hardly_shows_is_named_largest_part_first():
+    """Of either sign; first of all a term that is in no column."""
+    terms = [TorqueTerm("link", f"term {number}", "kg m^2") for number in range(5)]
+    columns = SimpleNamespace(terms=terms[:4], alike=[])
+    fit = SimpleNamespace(condition=1e5, weakest=np.array([0.4, 0.05, -0.9, 0.1]))
+    named = compare._find_concerned(terms, columns, fit)
+    assert named == tuple(terms[place].name for place in (4, 2, 0))
+    fit.condition = 10.0
+    assert compare._find_concerned(terms, columns, fit) == (terms[4].name,)
 
 
 def test_a_right_file_fits_a_short_record_by_the_noise_of_accelerations(short, monkeypatch):
