@@ -3,6 +3,7 @@
 import math
 import re
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -189,6 +190,17 @@ def brief(kept: Path) -> ConditionResults:
         study, BRIEF, [(CELL, source) for source in FULL.experiments(CELL)], "test"
     )
     return ConditionResults({source: sample for (_, source), sample in found.items()})
+
+
+@pytest.mark.parametrize("equations", ["printed", "corrected"])
+def test_experiments_are_where_claims_ask_for_them(equations):
+    """Some in shaken settings alone, some in those with corrected equations."""
+    for zeta in (FULL.shaken[0], next(z for z in FULL.zetas if z not in FULL.shaken)):
+        planned = list(FULL.experiments(replace(CELL, zeta=zeta, equations=equations)))
+        asked = {"every", "shaken", "corrected"} if zeta in FULL.shaken else {"every"}
+        asked -= {"corrected"} if equations == "printed" else set()
+        assert {each.where for each in planned} - {""} == asked
+        assert len(set(planned)) == len(planned)
 
 
 @pytest.mark.slow

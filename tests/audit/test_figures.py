@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -39,6 +40,7 @@ from crosscheck.audit.figures.figure_data import (
 )
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
+from crosscheck.models.errors import Diverged
 from tests.audit.published import BRIEF
 from tests.audit.runs import simulate
 
@@ -71,6 +73,8 @@ def test_numbers_beside_figures_are_the_shoulders():
     apart = ("scenario.drive.torque_N_m=[100.0, -10.0]",)
     run = extract_signals(simulate(Variant("constant-torque", settings=apart, duration_s=1e-3)))
     assert static_numbers(run)["static_um"] == pytest.approx(52, abs=0.1)
+    back = static_numbers(replace(run, theta_dot=-run.theta_dot))
+    assert back == static_numbers(run)
     later = run.time > 5e-4
     turning = replace(run, torque=np.column_stack([1 - 2 * later, 2 * later - 1]))
     assert braking_numbers(turning)["brakes_s"] == run.time[later][0]
@@ -113,6 +117,16 @@ def test_a_figure_says_how_many_starts_are_severe(kept):
     plate = draw_figure_14(shelf_in(kept))
     assert plate.numbers["severe"] == {name: [0, 0] for name in plate.numbers["severe"]}
     assert len(plate.numbers["severe"]) == len(LAWS)
+    assert "b 50 µm, E 5 µm; k_m 1e+08 N/m, k_a 2e+07 N/m" in plate.to_html()
+
+
+def test_a_figure_whose_run_diverges_says_so(tmp_path, monkeypatch):
+    def diverge(data):
+        raise Diverged("mine:run", 0.3)
+
+    monkeypatch.setitem(figures.FIGURE_FUNCTIONS, 9, diverge)
+    (plate,) = figures.draw_figures(shelf_in(tmp_path).context, [9])
+    assert "mine:run: diverged at t = 0.3 s" in plate.to_html()
 
 
 def test_a_figure_draws_the_start_of_its_seed(tmp_path, monkeypatch):
@@ -128,6 +142,16 @@ def test_a_figure_draws_the_start_of_its_seed(tmp_path, monkeypatch):
         make_start_variant(each, make_condition(law), 7) for each in (CONSTANT, PD) for law in LAWS
     }
     assert set(drawn) == expected
+
+
+@pytest.mark.parametrize(
+    ("asked", "sampled"), [(ERROR(5), PD), (BACKLASH(50), PD), (ERROR(1.6), ERROR(1.6))], ids=str
+)
+def test_the_usual_member_of_a_sweep_is_the_pd_run(asked, sampled):
+    context = SimpleNamespace(samples=lambda requests, name: {each: each for each in requests})
+    requests = FigureData(context).samples_by_law(asked)
+    assert list(requests) == list(LAWS)
+    assert [request for _, request in requests.values()] == [sampled] * len(LAWS)
 
 
 def test_shelf_reads_a_run_once(tmp_path):

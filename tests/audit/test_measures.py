@@ -234,6 +234,12 @@ def test_numbers_of_constant_torque_in_closed_form():
         }
         assert numbers[f"deviation_1_{level}_rad"] == numbers[f"own_share_{level}"] == 0
     assert {name: numbers[name] for name in right} == pytest.approx(right, rel=0.01)
+    turned = replace(run, theta=theta + np.outer(time / time[-1], (3e-6, 0)))
+    of_first = measure_constant_torque(run, *[turned] * len(rigid))
+    for level in RIGID_LEVELS:
+        assert of_first[f"deviation_1_{level}_rad"] == pytest.approx(3e-6, rel=1e-9)
+        assert of_first[f"deviation_2_{level}_rad"] == 0
+        assert of_first[f"own_share_{level}"] == pytest.approx(3e-6 / 4.0, rel=0.01)
     # One of the others never falls to a tenth.
     assert numbers["others_decay_s"] == pytest.approx(0.5, abs=0.01)
     ringing = 20 * np.sin(2 * np.pi * 1700 * time) * (time < 0.05) - 30.0 * (time == 0)

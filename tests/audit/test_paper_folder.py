@@ -60,6 +60,7 @@ statement = "It turns."
 measure = "rate"
 above = 1e-4
 because = "the least that is seen"
+reading = "at every torque"
 
 [[claims]]
 id = "1-02"
@@ -159,6 +160,7 @@ def test_a_paper_of_an_arm_is_audited_the_same_way(tmp_path):
     shutil.copy(ROOT / "examples" / "plain_functions.py", tmp_path)
     audit = audit_paper(read_folder(tmp_path, run_code=True))
     turns, turns_faster = audit.judgements
+    assert (turns.claim.reading, turns_faster.claim.reading) == ("at every torque", "")
     assert turns.verdict.kind == VerdictKind.DEPENDS
     assert turns.verdict.depends_on == ("torque",)
     assert [answer.starts for answer in turns.answers] == [2, 2]
@@ -181,6 +183,10 @@ def test_the_command_writes_the_verdicts(audit, monkeypatch, tmp_path, capsys):
         said = [setting["quantiles"] for setting in claim["settings"]]
         assert said == [list(answer.quantiles) for answer in judgement.answers]
     assert written["equations"] == audit.lines[4:]
+    (tmp_path / "verdicts.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(InputError, match=r"verdicts\.json"):
+        run_folder_command(ACROBOT, [], tmp_path, 1, True)
+    assert (tmp_path / "verdicts.json").read_text(encoding="utf-8") == "{}"
     assert "14.3-01: does not hold (2 no)" in capsys.readouterr().out
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.catalogue import CLAIMS
@@ -27,6 +28,7 @@ from tools import case_study, write_article
 
 pytestmark = pytest.mark.slow
 TEX = ("printed_tex", "derived_tex")
+AS_MODELLED = "omega_t/eq13/lumped/printed"  # clock, ring rate, planets, and the paper's equations
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +57,16 @@ def test_the_page_is_well_formed(published):
 def test_every_axis_says_what_it_shows_in_which_unit(published):
     assert len(SVG.findall(published.html)) > len(NUMBERS)
     assert axis_problems(published.html) == []
+
+
+def test_every_drawing_has_its_words(published, snapshot: SnapshotAssertion):
+    """Titles, axes and legends of every drawing, in the order in which they are drawn."""
+    texts = [re.findall(r"<!-- (.*?) -->", drawing) for drawing in SVG.findall(published.html)]
+    words = [[text for text in each if re.search("[A-Za-z]{2}", text)] for each in texts]
+    lines = [
+        " | ".join(dict.fromkeys(text for text in each if "math" not in text)) for each in words
+    ]
+    assert "\n".join(filter(None, lines)) == snapshot
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -90,6 +102,14 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published):
     assert len(chapters["claims"]) == len(CLAIMS)
     named = {name for sentence in published.json["sentences"] for name in sentence["claims"]}
     assert named == {claim["id"] for claim in chapters["claims"]}
+    simulated = [claim for claim in chapters["claims"] if not claim["static"]]
+    settings = [setting["id"] for claim in simulated for setting in claim["settings"]]
+    gears = {"omega_t/eq13/free", "omega_t/corrected/free", "angle/corrected/free"}
+    assert {each.partition("/paper-")[0] for each in settings} == {*gears, AS_MODELLED}
+    assert all(gears - {"angle/corrected/free"} <= set(claim["models"]) for claim in simulated)
+    variants = {name for claim in simulated for name in claim["variants"]}
+    laws = ("omega_t/eq13", "omega_t/corrected", "angle/corrected")
+    assert variants == {*(f"{law}/lumped" for law in laws), "angle/corrected/conservative/free"}
 
 
 def test_every_quantity_of_a_chapter_is_in_its_records(published):

@@ -35,7 +35,7 @@ from crosscheck.audit.judging.quantities import (
     combine_quantities,
     rank_correlation,
 )
-from crosscheck.audit.judging.rule import Share
+from crosscheck.audit.judging.rule import Share, State, state, state_thresholds
 from crosscheck.audit.measures.thresholds import SEVERE
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
@@ -243,3 +243,13 @@ def test_starts_of_several_samples_count_where_they_were_run_and_are_defined():
     assert (joined.starts, joined.values, joined.yes, joined.median) == (4, (1.0, 1.0), 0, 1.0)
     alike = Sample({"third": np.full(32, 2 * SEVERE)}, np.zeros(32, bool), not_run=24)
     assert judge_third_fluctuation(alike).share == Share(8, 8)
+
+
+@pytest.mark.parametrize("starts", [2, 10, 40])
+def test_thresholds_are_where_the_state_changes(starts):
+    most_no, least_yes = state_thresholds(starts)
+    states = [state(Share(yes, starts)) for yes in range(starts + 1)]
+    between = states[most_no + 1 : least_yes]
+    assert {*states[: most_no + 1]} == {State.NO}
+    assert {*states[least_yes:]} == {State.YES}
+    assert {*between} <= {State.BISTABLE}

@@ -12,6 +12,7 @@ from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
 from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
 from crosscheck.planning.arms import switch_combinations
 from crosscheck.registry import build
+from tests import planet_laws
 from tests.loops import require_items
 
 ARMS = ("probe", "three-unlike", "planets-apart")
@@ -60,10 +61,10 @@ def test_contacts_under_every_law(laws):
     assert apart("exudyn:tree", load_arm("probe"), laws) < ROUNDING
 
 
-@pytest.mark.parametrize("arm_name", ARMS)
+@pytest.mark.parametrize("arm_name", [*ARMS, *planet_laws.ARMS])
 @pytest.mark.parametrize("work", ["paper", "conservative"])
 def test_contacts_of_any_mesh(arm_name, work):
-    arm = load_arm(arm_name)
+    arm = planet_laws.ARMS[arm_name]() if arm_name in planet_laws.ARMS else load_arm(arm_name)
     laws = usual_switches(arm, planets="free", mesh_work=work)
     assert apart("exudyn:tree", arm, laws) < ROUNDING
 
@@ -79,6 +80,24 @@ def test_numbers_of_bodies(arm_name):
         sun, planet = equivalent_masses(joint)
         assert numbers.sun_inertia == pytest.approx(sun * numbers.sun_radius**2, rel=1e-15)
         assert numbers.planet_inertia == pytest.approx(planet * numbers.planet_radius**2, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", ["pd", "back-and-forth"])
+def test_motors_follow_the_law_of_an_experiment(name):
+    """A rigid arm is moved by the torques on its joints, at random times and states."""
+    arm, scenario = load_arm("direct-between"), load_scenario(name)
+    still = tuple(j.model_copy(update={"friction_N_m_s_per_rad": 0.0}) for j in arm.joints)
+    bare = arm.model_copy(update={"joints": still, "gravity_m_per_s2": (0.0, 0.0)})
+    model, motors = build("analytic:coupled", bare, scenario), Motors(bare, scenario)
+    ratios = [
+        (j.sun_teeth + j.ring_teeth) / j.sun_teeth if isinstance(j, Planetary) else 1.0
+        for j in arm.joints
+    ]
+    drawn = np.random.default_rng(2).uniform(0, 0.5, (5, 1 + 2 * len(ratios)))
+    for t, *state in require_items(drawn.tolist()):
+        q, v = np.reshape(state, (2, -1))
+        torques = model.generalized_force(t, q, v)
+        np.testing.assert_allclose(motors.torques(t, q, v) * ratios, torques, rtol=1e-13)
 
 
 def test_motors_turn_the_sun_by_the_output_torque_over_the_ratio():

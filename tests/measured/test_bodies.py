@@ -1,5 +1,7 @@
 """Links that are possible bodies: what they decide where coupled and armature are one model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -55,6 +57,27 @@ def test_curvature_is_the_slope_of_slopes():
     assert bodies.compute_curvature(at, along) == pytest.approx(right, abs=1e-7)
 
 
+def test_a_possible_body_comes_back_from_its_logarithms():
+    rows = np.random.default_rng(2).normal(scale=0.4, size=30)
+    values, _ = bodies.compute_parameters(rows)
+    assert bodies._find_logarithms(values, bodies.find_scale(values)) == pytest.approx(rows)
+
+
+def test_away_from_the_border_bodies_are_least_squares():
+    """Values and errors are then those of unknowns that no body holds."""
+    rng = np.random.default_rng(3)
+    is_link = np.repeat([False, True, False], (1, 20, 1))
+    truth, slopes = rng.normal(size=22), rng.normal(size=(90, 22))
+    rows = rng.normal(scale=0.3, size=20)
+    truth[is_link], state = bodies.compute_parameters(rows)[0], truth.copy()
+    state[is_link] = bodies.compute_parameters(rows + 0.02)[0]
+    state[~is_link] += 0.5
+    found = bodies.solve_bodies(slopes @ (truth - state), slopes, state, is_link)
+    assert found.state == pytest.approx(truth, abs=1e-7)
+    errors = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
+    assert found.errors == pytest.approx(errors, rel=1e-6)
+
+
 def test_possible_bodies_decide_where_links_known_to_a_half_do_not(armature):
     robot, given, _, found = armature
     assert find_identity_joints(robot) == ["j1", "j2", "j3"]
@@ -70,6 +93,13 @@ def test_possible_bodies_decide_where_links_known_to_a_half_do_not(armature):
     words = " ".join(messages._describe_refinement(found, "torques"))
     assert "At armature possible bodies explain the torques" in words
     assert "those moved by j3 would be impossible" in words
+
+
+def test_where_one_fit_does_not_settle_nothing_is_said(armature):
+    first, *others = armature[3].fits
+    unsettled = replace(armature[3], fits=(replace(first, settled=False), *others))
+    (line,) = messages._describe_refinement(unsettled, "torques")
+    assert line.endswith("the fit does not converge.")
 
 
 def test_possible_bodies_of_either_level_decide_nothing():

@@ -5,6 +5,7 @@ import re
 import runpy
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 from unittest.mock import patch
 
 import numpy as np
@@ -21,6 +22,7 @@ from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
 from crosscheck.identification.restrictions import FileFits, compute_chance
 from crosscheck.identification.sampling import sample, space_signals
+from crosscheck.identification.terms import TorqueTerm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
@@ -118,6 +120,15 @@ def test_numbers_of_a_robot_are_changed_as_they_say():
     assert before["robot.links.b.mass_kg"] == 5.0
 
 
+def test_what_adds_to_the_links_asks_for_more_than_one_level():
+    """Rotors, or armatures whose rotors no file describes; a robot of links alone has one level."""
+    own = robots.arm()
+    bare = replace(own, rotors=())
+    armoured = replace(bare, joints=(replace(own.joints[0], armature=0.3), *own.joints[1:]))
+    counts = [len(SpatialRobot(each).levels) for each in (own, bare, armoured)]
+    assert counts == [3, 1, 3]
+
+
 def test_an_arm_without_gears_has_one_level_and_one_answer():
     """A wrong payload is one explanation, not one of each level that is the same there."""
     arm = arm_of(2, direct=[0, 1])
@@ -148,9 +159,26 @@ def test_a_short_record_does_not_decide(short, snapshot):
     assert comparison.is_fitting
     assert not comparison.has_explanation
     assert not comparison.is_decided
-    assert describe_answers(comparison)[:2] == snapshot
+    assert (lines := describe_answers(comparison))[:2] == snapshot
+    beginnings = ("The motion hardly shows", "The best of 100 sums of sines")
+    assert all(line.startswith(each) for line, each in zip(lines[2:], beginnings, strict=True))
+    printed = list(describe_comparison(comparison))
+    for step in require_items(comparison.sides[0].steps):
+        began = f"  {step.name}: {step.parameters} parameters, residual"
+        assert sum(line.startswith(began) for line in printed) == 1
     away = [replace(each, error=1.0 + each.error) for each in comparison.windows]
     assert describe_answers(replace(comparison, windows=tuple(away)))[:2] == snapshot
+
+
+def test_what_a_motion_hardly_shows_is_named_largest_part_first():
+    """Of either sign; first of all a term that is in no column."""
+    terms = [TorqueTerm("link", f"term {number}", "kg m^2") for number in range(5)]
+    columns = SimpleNamespace(terms=terms[:4], alike=[])
+    fit = SimpleNamespace(condition=1e5, weakest=np.array([0.4, 0.05, -0.9, 0.1]))
+    named = compare._find_concerned(terms, columns, fit)
+    assert named == tuple(terms[place].name for place in (4, 2, 0))
+    fit.condition = 10.0
+    assert compare._find_concerned(terms, columns, fit) == (terms[4].name,)
 
 
 def test_a_right_file_fits_a_short_record_by_the_noise_of_accelerations(short, monkeypatch):

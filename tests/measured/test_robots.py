@@ -380,6 +380,20 @@ def test_a_tilt_is_beyond_its_interval_and_of_the_files_size(degrees, more, half
     assert estimate.is_tilted == is_tilted
 
 
+def test_of_gravity_that_the_file_has_not_a_question_is_asked():
+    """There is no angle to nothing; the plane of a planar arm may have any tilt."""
+    value, half_width, none = np.array([0.0, -9.8, 0.0]), np.array([0.02, 0.03, 0.0]), np.zeros(3)
+    whole = GravityEstimate(value, half_width, none)
+    assert (whole.angle_deg, whole.is_tilted) == (None, True)
+    assert whole.describe() == (
+        "Is the base tilted? With the file's links gravity (0.000, -9.800, 0.000) +- 0.030 m/s^2"
+        " in the base's frame (the file says (0, 0, 0)) alone explains the torques."
+    )
+    assert GravityEstimate(0.4 * value, half_width, none, (0, 1)).is_tilted
+    assert not GravityEstimate(0.4 * value, half_width, none).is_tilted
+    assert not GravityEstimate(1.2 * value, half_width, none, (0, 1)).is_tilted
+
+
 @pytest.mark.parametrize("lag_hz", [None, 6.0])
 def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag_hz):
     """The last motor's torque follows through a low-pass of first order, which no term is."""

@@ -9,10 +9,11 @@ import pytest
 
 from crosscheck.checks.robot_states import compute_sizes, sample_states
 from crosscheck.cost import output
-from crosscheck.cost.meshes import tip_distances
+from crosscheck.cost.meshes import motor_torques, tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build_robot_model
+from tests.robots import chains, two_link
 from tests.robots.cost_guard import FILES, found_cost, robot, wrong_motion, wrong_numbers, wrong_tip
 from tests.robots.cost_views import wrong_picture
 
@@ -119,3 +120,16 @@ def test_runs_that_diverge_are_reported():
     assert output.describe_distances(lost) == "300 mm off (median of 3 runs, 1 of them diverge)"
     assert output.describe_distances(np.array([0.1, np.inf, np.inf])) == "lost: 2 of 3 runs diverge"
     assert output.format_length(np.inf) == "diverged"
+
+
+def test_where_there_is_no_motor_a_plan_costs_no_torque():
+    """The others hold and move what the plan asks of them, as of a robot with all motors."""
+    lost = two_link.URDF.replace("</robot>", '<passive_joint name="j1"/></robot>')
+    q, v, a = np.random.default_rng(4).normal(size=(3, 5, 2))
+    whole, acrobot = (
+        motor_torques(build_robot_model("analytic", chains.robot(text), "links"), (q, v, a))
+        for text in (two_link.URDF, lost)
+    )
+    assert not acrobot[:, 0].any()
+    assert np.abs(whole[:, 0]).min() > 0
+    np.testing.assert_array_equal(acrobot[:, 1], whole[:, 1])

@@ -145,6 +145,14 @@ def test_a_precise_run_is_where_smaller_steps_lead():
     assert errors[1] < 1e-9
 
 
+def test_a_precise_run_of_rigid_gears_is_that_of_fine_steps():
+    run = experiment(duration_s=2e-3, step_s=1e-5, record_every=50)
+    model = build("analytic:coupled", ROBOTS["unlike"](), run)
+    exact, stepped = (simulate(model, **more)["theta"].values for more in ({"rtol": 1e-11}, {}))
+    assert np.ptp(exact[:, 0]) > 1e-6
+    np.testing.assert_allclose(exact, stepped, rtol=0, atol=1e-10)
+
+
 def test_runs_start_where_teeth_touch_or_where_they_are_asked_to():
     for mesh, expected in (("contact", 2e-5), ("centre", 0.0)):
         started = experiment(start={"mesh": mesh, "theta_rad": 0.4})

@@ -110,6 +110,15 @@ def test_a_function_of_one_number_finds_its_motor():
     assert trial.scope[0] == "motors: at slide alone"
 
 
+def test_a_function_that_always_fails_finds_no_motor():
+    def fail(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        raise ArithmeticError("none")
+
+    trial = run_robot_trial(replace(two_link.right(), force=fail), two_link.robot())
+    assert list(trial.failures) == ["force"]
+    assert not any(line.startswith("motors: at") for line in trial.scope)
+
+
 # Elastic joints by Spong's model: link angles, then motors' on the output side.
 RADIUS, TOOTH_K = 0.01, 1e6
 SPRING = TOOTH_K * (RADIUS * two_link.N) ** 2

@@ -10,7 +10,7 @@ import pytest
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import RobotBody
+from crosscheck.models.robot.robot import Robot, RobotBody
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
@@ -164,16 +164,29 @@ def test_nothing_impossible_is_a_cause():
         assert is_physical(number.put(number.value + 0.3), robot)
 
 
-def test_a_difference_that_no_judge_has_found_is_explained():
-    robot = load_robot("sliding")
+@pytest.mark.parametrize("turns", [None, [[1, 0, 0], [-1, 1, 0], [0.5, 0, -1]]])
+@pytest.mark.parametrize("parts", [["mass_matrix"], ["bias", "gravity"], ["acceleration"]])
+def test_a_difference_that_no_judge_has_found_is_explained(parts, turns):
+    """In the joints' own coordinates q, and in x where q = turns x."""
+    robot, own = load_robot("sliding"), np.eye(3) if turns is None else np.array(turns)
     states, wrong = sample_states(robot, 6, 3), put_value(robot, ("bodies", 1, "mass"), 7.5)
-    values, right = (
-        {"mass_matrix": AnalyticRobot(each, "links").mass_matrix(states.q)}
-        for each in (wrong, robot)
-    )
-    alike = {"mass_matrix": np.ones_like(right["mass_matrix"])}
-    tolerances = {"mass_matrix": 1e-10}
-    problem = ChangeProblem(robot, "links", states, values, right, alike, tolerances)
+
+    def answer(robot: Robot) -> dict[str, np.ndarray]:
+        model = AnalyticRobot(robot, "links")
+        moved = model.forward_dynamics(states.q, states.v, states.torques)
+        made = {
+            "mass_matrix": own.T @ model.mass_matrix(states.q) @ own,
+            "bias": model.bias(states.q, states.v) @ own,
+            "gravity": model.gravity(states.q) @ own,
+            "acceleration": np.linalg.solve(own, moved.T).T,
+        }
+        return {part: made[part] for part in parts}
+
+    values, right = answer(wrong), answer(robot)
+    alike = {part: np.ones_like(each) for part, each in ({"mass_matrix": own} | right).items()}
+    tolerances = dict.fromkeys(parts, 1e-10)
+    turned = {"turns": None if turns is None else own}
+    problem = ChangeProblem(robot, "links", states, values, right, alike, tolerances, **turned)
     causes = CauseSearch(problem).find_causes()
     assert [each.words for each in causes] == ["boom: mass = 7.5 kg (file: 7.2 kg)"]
 

@@ -170,7 +170,8 @@ def test_of_a_motion_that_coarse_steps_blow_up_a_shorter_beginning_is_compared()
     own = two_link.robot()
     (case, *_) = make_cases(own, sample_states(own, 3, 0), 10)
     model = build_robot_model("analytic", own, case.level)
-    start = Start.model_validate({"theta_rad": [0.3, 1.2], "theta_dot_rad_per_s": [1e4, -1e4]})
+    moving = {"theta_rad": [0.3, 1.2], "theta_dot_rad_per_s": [1e4, -1e4]}
+    start = Start.model_validate({**moving, "sun_planet_offset_m": 4e-6})
     scenario = make_rest_scenario().model_copy(update={"start": start})
     begun = robots.begin_scenario(model, case, scenario)
     coarse = begun.model_copy(
@@ -179,6 +180,8 @@ def test_of_a_motion_that_coarse_steps_blow_up_a_shorter_beginning_is_compared()
     with pytest.raises(Diverged):
         model.integrate(coarse)
     assert begun.duration_s < case.run_s / 8
+    assert begun.start.sun_planet_offset_m == 4e-6
+    assert begun.start.planet_ring_offset_m == robots.DEPTH > 0
     assert np.isfinite(model.integrate(begun)[0]).all()
 
 

@@ -151,11 +151,13 @@ def test_spot_checks_are_in_the_middle_of_equal_parts():
 
 
 def test_numbers_of_a_batch_come_back_as_they_were_packed():
-    columns = [Column("a", "m", ""), Column("b", "rad", "", ("joint",), (2,))]
+    columns = [Column(name, "m", "") for name in "ac"]
+    columns.insert(1, Column("b", "rad", "", ("joint",), (2,)))
     numbers = {"a": np.array([1.0, np.nan, 3.0]), "b": np.arange(6.0).reshape(3, 2)}
+    numbers["c"] = np.array([7.0, 8.0, 9.0])
     content = batches.pack_numbers(numbers, columns)
     found = batches.unpack_numbers(content, columns, 3)
     for name, values in numbers.items():
         assert np.array_equal(found[name], values, equal_nan=True)
-    with pytest.raises(ValueError, match="holds 9 numbers, 12 are needed"):
+    with pytest.raises(ValueError, match="holds 12 numbers, 16 are needed"):
         batches.unpack_numbers(content, columns, 4)

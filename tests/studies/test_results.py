@@ -221,3 +221,19 @@ def test_numbers_of_a_sweep_are_whole_on_a_narrow_terminal(tmp_path, capsys, mon
     words = capsys.readouterr().out.split()
     for number in ("8.25914e-07", "3.10953e-06", "1.04956e-05", "6.8e-21"):
         assert number in words
+
+
+def test_axes_of_a_drawing_have_the_scales_of_their_points():
+    """Equal ratios are logarithmic, words stand for numbers; a lost member hides no ticks."""
+    ratios, words = [1.0, 10.0, 100.0, 1000.0], ["low", "middle", "high"]
+    values = np.arange(12.0).reshape(4, 3)
+    values[0, 0] = np.nan
+    whole = xr.DataArray(values, {"ratio": ratios, "word": words}, ("ratio", "word"), "a")
+    made = xr.Dataset({"a": whole, "b": whole.T, "c": whole.isel(word=0, drop=True)})
+    first, second, curve = make_study_figure(made, ["a", "b", "c"]).axes[:3]
+    assert (first.get_yscale(), first.get_xscale()) == ("log", "linear")
+    assert (second.get_xscale(), second.get_yscale()) == ("log", "linear")
+    for axis in (first.xaxis, second.yaxis):
+        assert [text.get_text() for text in axis.get_ticklabels()] == words
+    assert curve.get_xscale() == "log"
+    assert len(curve.get_yticks()) > 0

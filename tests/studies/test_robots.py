@@ -7,13 +7,14 @@ import pytest
 
 import crosscheck
 from crosscheck.api import simulate
-from crosscheck.models.mechanism import select_robot
+from crosscheck.models.mechanism import read_robot_data, select_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build, engine_of, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.members.cases import make_robot_case
 from tests.faults.robots import ROBOTS
+from tests.loops import require_items
 from tests.robots.test_simulate import experiment
 from tests.studies.studies import ARM, ROBOT_STUDY
 
@@ -97,3 +98,11 @@ def test_rotors_meshes_and_python(tmp_path):
     force = np.abs(result["x_mesh"].values[0, -1, 0]) - MESH["backlash_m"]
     assert result["F_mesh_peak"].values[0, 0] >= MESH["stiffness_N_per_m"] * force > 0
     assert result.rotor_inertia_kg_m2.attrs["units"] == "kg m^2"
+
+
+@pytest.mark.parametrize("name", ["sliding", "puma560"])
+def test_a_robot_has_the_paths_that_its_file_has(name):
+    """Each link's mass among them."""
+    content = load_robot(name).sections["robot"]
+    assert content == read_robot_data(name)["robot"]
+    assert all(link["mass_kg"] > 0 for link in require_items(content["links"].values()))

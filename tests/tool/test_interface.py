@@ -12,6 +12,7 @@ import pytest
 import crosscheck
 import crosscheck.testing
 from crosscheck.models.errors import CannotDo, Diverged
+from crosscheck.models.interface import Model
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference" / "python.md"
@@ -100,6 +101,31 @@ def test_model_takes_lists_and_refuses_what_is_no_state(name, labelled):
     if "simulate" not in model.abilities:
         with pytest.raises(CannotDo, match=f"{name} has no simulate"):
             model.simulate()
+
+
+class Bare(Model):
+    """A plug-in's model that answers nothing."""
+
+    name = "mine:bare"
+
+
+# What a model may be asked, with as many arguments as it has.
+ASKED = {
+    "mass_matrix": (None,),
+    "simulate": (),
+    "reference": (1e-6,),
+    "precise": (1e-6,),
+    "mesh_modes": (),
+    "contact_poles": (),
+    "constraint_residual": (None, None, None),
+}
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_a_model_says_what_it_does_not_answer(asked, labelled):
+    model = Bare(labelled, crosscheck.load_scenario("pd"))
+    with pytest.raises(CannotDo, match=f"mine:bare has no {asked}"):
+        getattr(model, asked)(*ASKED[asked])
 
 
 def test_a_step_beyond_stability_needs_force(labelled):

@@ -199,6 +199,19 @@ def test_slopes_are_those_of_the_function_to_a_millionth_of_their_row(off, agree
         build_frame(Coordinates(function=curved, jacobian=near), PAPER)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("turned", [1, -1])
+def test_values_at_one_state_in_forty_are_enough(turned):
+    """Of the states that are tried one alone is so far out; slopes are looked at there."""
+
+    def far_out(x: np.ndarray) -> np.ndarray:
+        return curved(x) + 0 * np.sqrt(x[0] - 0.85)
+
+    own = Coordinates(function=far_out, jacobian=lambda x: slopes(x) * [[1, 1], [turned, 1]])
+    with nullcontext() if turned == 1 else pytest.raises(InputError, match="of theta_2 by x_1"):
+        build_frame(own, PAPER)
+
+
 def raising(x: np.ndarray) -> np.ndarray:
     return x[np.array([0, 7])]
 

@@ -8,6 +8,7 @@ import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.coordinates.build import build_frame
@@ -76,7 +77,14 @@ def test_joints_that_are_none_are_refused(drive):
 def test_a_scenario_that_drives_a_joint_without_motor_is_refused():
     own = pendulum(bodies_of(ARM), G, driven=False)
     equations = Equations(own.mass_matrix, own.bias, force=FORMS["one number"], drive=[2])
-    pd = load_scenario("pd")
-    request = TrialRequest("yours", equations, ARM, (pd,))
-    with pytest.raises(InputError, match="drives joint 1; the equations take no torque there"):
-        build_problem(request)
+    pulse = [[0.0, 2.0, 0.0], [0.0, 0.0, 0.0]]
+    table = {"kind": "table", "time_s": [0.0, 0.5, 9.0], "torque_N_m": pulse}
+    pulsed = Scenario.model_validate({**load_scenario("pd").model_dump(), "drive": table})
+    for scenario in (load_scenario("pd"), pulsed):
+        request = TrialRequest("yours", equations, ARM, (scenario,))
+        with pytest.raises(InputError, match="drives joint 1; the equations take no torque there"):
+            build_problem(request)
+    gains = {"proportional_N_m_per_rad": (0.0, 9.0), "derivative_N_m_s_per_rad": (0.0, 1.0)}
+    second = load_scenario("pd").drive.model_copy(update=gains)
+    held = load_scenario("pd").model_copy(update={"drive": second})
+    assert build_problem(TrialRequest("yours", equations, ARM, (held,)))

@@ -8,15 +8,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.checks.scales import largest_stiffness
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import torques_along
-from crosscheck.models.loading import load_scenario
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.changes.arms.letters import collect_arm_values
-from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
+from crosscheck.trial.changes.arms.mesh_forces import (
+    ForceStates,
+    compute_signals,
+    list_mesh_laws,
+)
 from crosscheck.trial.changes.arms.segments import build_reference_terms, evaluate_entry, rate_name
 from crosscheck.trial.coordinates.build import LAYOUTS, build_frame
 from crosscheck.trial.input.equations import Coordinates
@@ -105,3 +110,20 @@ def test_reference_terms_are_the_model(gearing, level, work, data, seed):
         column = np.abs(J[:, i])
         limit = 1e-9 * (1 + largest) * column.max() + teeth * column.sum()
         assert at(EntryPlace("force", i)) == pytest.approx(force[:, i], abs=limit, rel=1e-9)
+
+
+def test_other_laws_say_in_which_meshes_and_what_is_another(snapshot: SnapshotAssertion):
+    """Each differs from the arm's own in meshes that it names, in a switch or in its phase."""
+    arm, lines = load_arm("probe"), list[str]()
+    own = usual_switches(arm)
+    for law in list_mesh_laws(arm, LAYOUTS["lumped"](arm), own):
+        meshes = [
+            f"{pair}{number}"
+            for number, joint in enumerate(arm.joints, start=1)
+            for pair, side in (("sp", "sun_mesh"), ("pr", "ring_mesh"))
+            if getattr(law.arm.joints[number - 1], side) != getattr(joint, side)
+        ]
+        assert set(meshes) <= set(law.meshes.split(", "))
+        assert bool(meshes) + (law.switches != own) + law.words.startswith("phase of") == 1
+        lines.append(f"{law.words}: {law.yours} where {law.right} belongs")
+    assert "\n".join(lines) == snapshot

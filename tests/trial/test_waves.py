@@ -43,6 +43,15 @@ def test_waves_come_back(seed, count):
     assert found == pytest.approx(planted, rel=1e-11)
 
 
+@pytest.mark.parametrize("noise", [1e-15, 3e-13, 1e-8])
+def test_what_noise_makes_of_a_wave_is_no_other_wave(noise):
+    known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(5)
+    angles = generator.uniform(-3, 3, (minimum_state_count(known), known.joints))
+    values = 2.5 * np.cos(angles @ (1, -1)) + noise * generator.standard_normal(len(angles))
+    found = WaveBasis(list_keys(known, (), "mass_matrix"), angles, {}).fit(values, 2.5)
+    assert found == {TermKey((1, -1)): pytest.approx(2.5, rel=10 * noise)}
+
+
 def test_what_no_wave_makes_is_none():
     known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(0)
     angles = generator.uniform(-3, 3, (minimum_state_count(known), known.joints))

@@ -177,8 +177,8 @@ def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_p
     assert_one_line(crosscheck("trial", *told, *files[:-2]), "--answers: M of rows ", reason)
     answer = crosscheck("trial", *told, *files, "--json", "trial.json")
     assert (answer.code, answer.err.count("Traceback")) == (0, 0)
+    assert answer.out.startswith(f"{first} on paper-labelled agrees with coupled")
     assert "also on 2 other arms, to catch errors" in answer.out
-    assert "agrees with coupled" in answer.out
     assert_follows(json.loads(Path("trial.json").read_text()), "trial")
 
 
