@@ -164,6 +164,15 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
     "inertia of the sun": (STAGED, (stage(sun_inertia_kg_m2=2e-4),)),
     "no spin of planets": (STAGED, (stage(planet_inertia_kg_m2=0.0),)),
     "products of every link negated": (OBLIQUE, (all_bodies(negate_products),)),
+    "a link in pounds": (
+        tree(),
+        (body(1, mass=lambda m: 2.20462 * m, inertia=lambda inertia: 2.20462 * inertia),),
+    ),
+    "two motors exchanged": (
+        tree(),
+        (rotor(1, inertia=lambda _: 7e-5, ratio=lambda _: -60.0),)
+        + (rotor(2, inertia=lambda _: 9e-5, ratio=lambda _: 80.0),),
+    ),
     "inertias in another order": (OBLIQUE, (all_bodies(read_as_fullinertia),)),
     "every inertia about its joint": (OBLIQUE, (all_bodies(about_the_joint),)),
     "products in the axes of the file": (SIX, (lambda own: six_joint_with_turned_products(),)),

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -189,6 +189,7 @@ def list_frame_mistakes(robot: Robot, level: Level) -> Iterator[RobotMistake]:
     yield from _confuse_all(robot, "joints", _confuse_joint)
     if level != "links":
         yield from _confuse_all(robot, "rotors", _confuse_rotor)
+        yield from _exchange_rotors(robot)
     for number, joint in enumerate(robot.joints):
         for words, mimic in _confuse_mimic(joint):
             name = name_part(robot, "joints", number)
@@ -248,6 +249,17 @@ def _confuse_rotor(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
         ("divided by its ratio's square", rotor.ratio**4),
     ):
         yield words, replace(rotor, inertia=rotor.inertia / by)
+
+
+def _exchange_rotors(robot: Robot) -> Iterator[RobotMistake]:
+    """Two joints' rotors, each with the other's inertia and ratio."""
+    for one, other in combinations(range(len(robot.rotors)), 2):
+        first, second = robot.rotors[one], robot.rotors[other]
+        rotors = list(robot.rotors)
+        rotors[one] = replace(first, inertia=second.inertia, ratio=second.ratio)
+        rotors[other] = replace(second, inertia=first.inertia, ratio=first.ratio)
+        names = " and ".join(name_part(robot, "rotors", place) for place in (one, other))
+        yield RobotMistake(f"{names} exchanged", replace(robot, rotors=tuple(rotors)))
 
 
 def _confuse_mimic(joint: Joint) -> Iterator[tuple[str, Any]]:

@@ -139,7 +139,8 @@ class RobotNumber:
         shown = 0.0 if abs(value) < 1e-7 * self.step else value
         if self.factor:
             near = [words for usual, words in USUAL.items() if abs(shown - usual) < ALIKE]
-            return f"{self.name} {near[0] if near else f'{shown:.6g} times as large'}"
+            factor = self.describe_unit(shown) or f"{shown:.6g} times as large"
+            return f"{self.name} {near[0] if near else factor}"
         file_value = f"{self.value:.6g} {self.unit}".rstrip()
         words = f"{self.name} = {shown:.6g} {self.unit}".rstrip()
         unit = self.describe_unit(shown)
@@ -164,6 +165,9 @@ def list_numbers(robot: Robot, composed: Collection[int] = ()) -> Iterator[Robot
             whose = name_part(robot, kind, number) + suffix
             for field in (each for each in FIELDS if each.kind == kind):
                 yield from _list_field(robot, (kind, number, *field.path), field, whose)
+            if kind == "bodies":
+                both = [(kind, number, field) for field in ("mass", "inertia")]
+                yield _make_factor(robot, both, f"{whose}: its mass and inertia", "kg")
             if kind == "joints" and robot.joints[number].kind == "prismatic":
                 yield _make_factor(robot, [(kind, number, "axis")], f"{whose}: its axis", "")
     gravity = NumberField("gravity", (), "{}", "m/s^2", 10.0, AXES)
@@ -202,7 +206,9 @@ def _make_factor(robot: Robot, paths: Sequence[Path], name: str, unit: str) -> R
             scaled = put_value(scaled, path, by * get_value(robot, path))
         return scaled
 
-    path = ".".join(map(str, paths[0] if len(paths) == 1 else (paths[0][0], "*", paths[0][2])))
+    # What differs among paths is any of its kind.
+    places = (each[0] if len({*each}) == 1 else "*" for each in zip(*paths, strict=True))
+    path = ".".join(map(str, places))
     return RobotNumber(path, name, unit, 1.0, 1.0, scale, factor=True)
 
 

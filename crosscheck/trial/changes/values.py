@@ -12,6 +12,8 @@ from crosscheck.trial.changes.numbers import ALIKE, RobotNumber, is_physical, li
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.table import ChangeTable
 
+POSITIVE = ("kg",)  # units of numbers of which none is below 0
+
 
 class ValueSearch:
     """A search among values of the numbers in a table of changes."""
@@ -24,6 +26,9 @@ class ValueSearch:
         try:
             robot = number.put(value)
         except InputError:  # an arm's, which is read from a file of such numbers
+            return False
+        is_negative = number.unit in POSITIVE and value < -ALIKE * number.step
+        if is_negative and not number.has_usual_factor(value):
             return False
         usual = number.has_usual_factor(value, above=0)
         usual |= value * number.value > 0 and bool(number.describe_unit(value))
