@@ -9,8 +9,11 @@ import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
+from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.planar import build_planar_robot
 from crosscheck.models.robot.robot import Robot, RobotBody
+from crosscheck.trial.changes.arms.arm_numbers import list_robot_numbers
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
@@ -23,6 +26,7 @@ from crosscheck.trial.changes.search import (
     solve_step,
 )
 from crosscheck.trial.changes.steps import StepTable
+from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
 from tests.robots import chains, two_link
@@ -189,6 +193,17 @@ def test_a_difference_that_no_judge_has_found_is_explained(parts, turns):
     problem = ChangeProblem(robot, "links", states, values, right, alike, tolerances, **turned)
     causes = CauseSearch(problem).find_causes()
     assert [each.words for each in causes] == ["boom: mass = 7.5 kg (file: 7.2 kg)"]
+
+
+def test_no_mass_of_a_gear_is_below_zero():
+    """The body that it is part of would still have mass."""
+    arm = load_arm("paper-labelled")
+    robot = build_planar_robot(arm)
+    search = ValueSearch(SimpleNamespace(robot=robot, level="carriers", parts=()), None)
+    numbers = {each.name: each for each in list_robot_numbers(arm, has_gears=True)}
+    sun = numbers["m_s2"]
+    values = (-1.3 * sun.value, 0.0, 1.3 * sun.value)
+    assert [search.is_possible(sun, value) for value in values] == [False, True, True]
 
 
 def test_terms_of_a_bias_are_read_out_of_its_answers():

@@ -170,8 +170,10 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
     ),
     "two motors exchanged": (
         tree(),
-        (rotor(1, inertia=lambda _: 7e-5, ratio=lambda _: -60.0),)
-        + (rotor(2, inertia=lambda _: 9e-5, ratio=lambda _: 80.0),),
+        (
+            rotor(1, inertia=lambda _: 7e-5, ratio=lambda _: -60.0),
+            rotor(2, inertia=lambda _: 9e-5, ratio=lambda _: 80.0),
+        ),
     ),
     "inertias in another order": (OBLIQUE, (all_bodies(read_as_fullinertia),)),
     "every inertia about its joint": (OBLIQUE, (all_bodies(about_the_joint),)),
