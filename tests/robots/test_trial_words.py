@@ -117,5 +117,5 @@ def test_an_entry_is_beside_the_right_one():
         assert describe_ratio(yours, expected, rounding) == said
     assert describe_ratio((1 + 5e-6) * right, right, 1e-5 + 0 * rounding) == ""
     assert list_equals(["a"]) == "a"
-    assert list_equals(["a", "b"]) == "a or b"
-    assert list_equals([*"abcde"]) == "a or b"
+    assert list_equals(["a", "b"]) == "a, or by b"
+    assert list_equals([*"abcde"]) == "a, or by b"

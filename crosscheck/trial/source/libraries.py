@@ -40,7 +40,7 @@ def quicken_libraries() -> None:
         write = getattr(module, "lambdify", None)
         if callable(write):
             vars(module)["lambdify"] = partial(_lambdify, write)
-    if "sympy" in sys.modules:
+    if sys.modules.get("sympy"):
         import sympy as sp
 
         for kind in (sp.Basic, sp.MatrixBase):
