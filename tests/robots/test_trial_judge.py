@@ -359,9 +359,12 @@ def test_other_functions_of_a_model_are_named_as_not_judged(two):
         def jacobian(self, q):
             return q
 
+        def force_to_parent(self, R, f):  # takes what no force of equations takes
+            return R @ f
+
     trial = run_robot_trial(extract_equations(Mine(), "mine", "is"), two)
     assert trial.scope == (
-        "jacobian: no part of equations, so not judged",
+        "force_to_parent, jacobian: no part of equations, so not judged",
         "not judged: bias (not supplied), gravity (not supplied)",
     )
 

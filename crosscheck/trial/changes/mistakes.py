@@ -176,7 +176,8 @@ def _confuse_body(body: RobotBody, axes: np.ndarray) -> Iterator[tuple[str, Robo
     }
     for words, inertia in inertia_of.items():
         yield words, replace(body, inertia=inertia)
-    for order, other in permutations(INERTIA_ORDERS, 2):
+    # Of a planar arm's links one number alone is stated.
+    for order, other in permutations(INERTIA_ORDERS, 2) if np.diag(stated).all() else ():
         mixed = np.zeros((3, 3))
         for entry, read in zip(order, other, strict=True):
             mixed = set_entry(mixed, INERTIA[read], stated[INERTIA[entry]])

@@ -207,7 +207,7 @@ def make_named_calls(equations: Equations) -> dict[str, NamedCall]:
     """
     given = {part: getattr(equations, part) for part in TAKES}
     functions = {part: function for part, function in given.items() if function is not None}
-    parameters = {part: _list_parameters(function) for part, function in functions.items()}
+    parameters = {part: list_parameters(function) for part, function in functions.items()}
     user_names = dict[str, str]()
     for part, listed in parameters.items():
         required = [p for p in listed or [] if p.default is p.empty]
@@ -229,7 +229,7 @@ def _make_named_call(
         reason = f"is {describe_type(function)}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
     if inspect.ismethod(function) and not isinstance(function.__self__, type):
-        first = next(iter(_list_parameters(function.__func__) or ()), None)
+        first = next(iter(list_parameters(function.__func__) or ()), None)
         if first and first.name in MEANT:
             reason = f"is a method whose first parameter is {first.name}; must be self"
             raise InputError("equations", part, None, reason)
@@ -254,7 +254,7 @@ def _make_named_call(
     )
 
 
-def _list_parameters(function: Any) -> list[inspect.Parameter] | None:
+def list_parameters(function: Any) -> list[inspect.Parameter] | None:
     """The parameters that are still free; None where nobody knows, or there may be any number."""
     try:
         parameters = list(read_signature(function).parameters.values())

@@ -29,6 +29,7 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.trial.input.calls import (
     MEANT,
     TAKES,
+    list_parameters,
     make_named_calls,
     read_signature,
     select_parts,
@@ -350,12 +351,17 @@ def _find_unused(source: Any, names: set[str], given: set[str], where: str) -> t
     """Names of an object's functions that are no part of equations; of a namespace, of anything.
 
     names: of what is read; given: of those that are there. Raises InputError for a name like that
-    of a part that is missing, and for any other name in a namespace.
+    of a part that is missing, of a function that takes what parts take, and for any other name in a
+    namespace.
     """
     missing, other = [part for part in TAKES if part not in given], _public_names(source) - names
     for name in sorted(other):
         near = next((part for part in missing if part in name.lower()), "")
         near = near or next(iter(difflib.get_close_matches(name.lower(), missing, 1, 0.75)), "")
+        parameters = list_parameters(getattr(source, name)) or ()
+        needed = [each.name for each in parameters if each.default is each.empty]
+        is_like = set(needed) <= set(MEANT) or len(needed) == len(TAKES.get(near, ()))
+        near = near if is_like else ""
         if near or isinstance(source, SimpleNamespace):
             meant = f" (did you mean {near}?)" if near else ""
             reason = f"is no part of equations{meant}; parts are {', '.join(TAKES)}"
