@@ -151,8 +151,7 @@ def list_further_matrices(site: Site) -> Texts:
     if not is_array or not site.is_value or is_matrix_product(site.parent):
         return
     for other, shape in site.scope.list_leaves():
-        is_square = len(shape) == MATRIX_LENGTH and shape[1] == shape[2]
-        if is_square and not other.endswith(".T"):
+        if _is_square(shape) and not other.endswith(".T"):
             for matrix in (other, f"{other}.T"):
                 yield f"{matrix} @ {text}"
                 if kind is None or len(kind) == MATRIX_LENGTH:
@@ -178,6 +177,9 @@ def list_like_summands(site: Site, *, inner: bool) -> Texts:
     if is_sum(site.parent) or not (is_inner if inner else is_outer):
         return
     for summand in _split_sum(site.node):
+        is_square = _is_square(site.tree.kind(summand) or ()) and site.tree.is_leaf(summand)
+        if is_sum(site.node) and is_square:  # the next term of a series
+            yield f"{site.text} + {ast.unparse(summand)} @ {ast.unparse(summand)}"
         leaves = [node for node in ast.walk(summand) if site.tree.is_leaf(node)]
         near = {ast.unparse(node): list_near_names(Site(site.tree, node)) for node in leaves}
         others = {text: [n for n in names if n not in near] for text, names in near.items()}
@@ -190,6 +192,10 @@ def list_like_summands(site: Site, *, inner: bool) -> Texts:
                 if is_like and len({*names}) == len(names):
                     like = write_exchanged(Site(site.tree, summand), [p for p in pairs if p[1]])
                     yield f"{write_operand(site.node)} + {like}"
+
+
+def _is_square(kind: Kind) -> bool:
+    return len(kind) == MATRIX_LENGTH and kind[1] == kind[2]
 
 
 def _split_sum(node: ast.AST) -> list[ast.AST]:

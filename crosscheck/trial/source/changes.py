@@ -399,7 +399,7 @@ def list_subscripts(site: Site) -> Texts:
 
 
 def list_diagonals(site: Site) -> Texts:
-    """Another element of the diagonal: I[2, 2] for I[1, 1]."""
+    """Another element of the diagonal, I[2, 2] for I[1, 1], or a block that ends there."""
     node = site.node
     if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Tuple):
         return
@@ -408,6 +408,10 @@ def list_diagonals(site: Site) -> Texts:
         count = min(*kind[1:], MOST_ELEMENTS)
         others = (f"{place}, {place}" for place in range(count) if str(place) not in places)
         yield from (f"{ast.unparse(node.value)}[{each}]" for each in others)
+        (place,) = places
+        for begin in range(int(place)) if place.isdecimal() else [""]:
+            block = f"{begin}:{int(place) + 1 if place.isdecimal() else f'{place} + 1'}"
+            yield f"{ast.unparse(node.value)}[{block}, {block}]"
 
 
 def list_differences(site: Site, *, near: bool) -> Texts:

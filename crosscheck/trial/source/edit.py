@@ -42,6 +42,8 @@ class Edit(NamedTuple):
             return _parse_statements(self.text)
         text = f"_[{self.text}]" if self.is_slice else self.text
         other: Any = ast.parse(text, mode="eval").body
+        if isinstance(getattr(self.node, "ctx", None), ast.Store):  # what a statement assigns
+            other.ctx = ast.Store()
         return other.slice if self.is_slice else other
 
 

@@ -298,6 +298,12 @@ def make():
                 total += (first + 1) * f.p ** 2 * frames[j].p * row[j]
         return [total]
 
+    def map(q):
+        W, H = np.array([[0.0, q[0], 0.3], [0.0, 0.0, q[1]], [0.0, 0.0, 0.0]]), np.zeros((3, 3))
+        L = np.eye(3) + W + W @ W
+        H[1:3, 1:3] += q[0] * q[1]
+        return H + L
+
     def drive(q):
         torques = []
         for i in range(3):
@@ -306,7 +312,7 @@ def make():
             torques.append(np.array([scale, q[1]]) @ (moment if i < 2 else force))
         return torques
 
-    return {"turn": turn, "pull": pull, "drive": drive}
+    return {"turn": turn, "pull": pull, "map": map, "drive": drive}
 """
 
 
@@ -315,6 +321,8 @@ def make():
     [
         ("xx, xy, xz, yy, yz, zz = row", "xx, yy, zz, xy, xz, yz = row"),
         ("max(j, i)", "j"),
+        (" + W @ W", ""),
+        ("H[1:3, 1:3]", "H[2, 2]"),
         ("frames[j].p", "f.p"),
         ("moment if i < 2 else force", "moment"),
     ],
