@@ -138,6 +138,19 @@ def list_repeated_exchanges(site: Site) -> Texts:
                 yield write_exchanged(site, [(node, other) for node in repeated])
 
 
+def list_symmetric_signs(site: Site) -> Texts:
+    """A matrix that is written out, with the other sign of a number that stands there twice."""
+    rows = site.node.elts if isinstance(site.node, ast.List) else []
+    if not rows or not all(isinstance(row, ast.List) for row in rows):
+        return
+    nodes = [each for row in rows for each in ast.iter_child_nodes(row)]
+    texts = [ast.unparse(each) for each in nodes if isinstance(each, ast.expr)]
+    for text, count in Counter(texts).items():
+        if count > 1 and text.strip("-0."):
+            other = text.removeprefix("-") if text.startswith("-") else f"-{text}"
+            yield write_exchanged(site, [(n, other) for n in nodes if ast.unparse(n) == text])
+
+
 def list_swaps(site: Site) -> Texts:
     """A sum with two of its names exchanged throughout: A s^2 + B c^2 for A c^2 + B s^2."""
     if not is_sum(site.node):

@@ -31,6 +31,7 @@ class Scope:
     """A function of the source, or all of it: what its names, attributes and elements are.
 
     kinds: by text, of what the code names there; unwritten: of more that it could name there;
+    inner: texts that comprehensions alone name;
     values: of its names, at the end of its first call; result: the kind of what that returned.
     """
 
@@ -39,6 +40,7 @@ class Scope:
     kinds: dict[str, Kind] = field(default_factory=dict)
     unwritten: dict[str, Kind] = field(default_factory=dict)
     nodes: list[ast.AST] = field(default_factory=list)
+    inner: set[str] = field(default_factory=set)
     values: dict[str, Any] = field(default_factory=dict)
     result: Kind | None = None
 
@@ -257,11 +259,13 @@ class SourceTree:
             first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
             around = top if name == "<module>" else by_line.get(first, top)
             scope = by_name.get((first, name), around)
-            _record_kinds(scope.kinds, frame, leaves[id(scope)])
-            _record_kinds(scope.unwritten, frame, siblings[id(scope)])
+            is_inner = name in COMPREHENSIONS
+            written = scope.kinds, frame, leaves[id(scope)], scope.inner
+            _record_kinds(*written, is_inner=is_inner)
+            _record_kinds(scope.unwritten, frame, siblings[id(scope)], set(), is_inner=False)
             is_class = name != "<module>" and not frame.f_code.co_flags & CO_OPTIMIZED
             # Frames of comprehensions and of classes are not the function's.
-            if name not in COMPREHENSIONS and not is_class:
+            if not is_inner and not is_class:
                 scope.result = scope.result or find_kind(result)
                 unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
                 _record_values(scope, frame, unwritten)
@@ -328,13 +332,25 @@ def _has_call(node: ast.AST) -> bool:
     return any(isinstance(each, ast.Call) for each in ast.walk(node))
 
 
-def _record_kinds(kinds: dict[str, Kind], frame: FrameType, leaves: dict[str, CodeType]) -> None:
-    """Record what names are as a function returns, or a comprehension in it."""
+def _record_kinds(
+    kinds: dict[str, Kind],
+    frame: FrameType,
+    leaves: dict[str, CodeType],
+    inner: set[str],
+    *,
+    is_inner: bool,
+) -> None:
+    """Record what names are as a function returns, or a comprehension in it.
+
+    inner: as in Scope, so far: the function's own names go before these; is_inner: whether the
+    frame is a comprehension's.
+    """
     for text, code in leaves.items():
-        if text not in kinds:
+        if text not in kinds or (text in inner and not is_inner):
             kind = _try_kind(code, frame, frame.f_locals)
             if kind is not None:
                 kinds[text] = kind
+                (inner.add if is_inner else inner.discard)(text)
 
 
 def _record_values(scope: Scope, frame: FrameType, unwritten: Iterable[str]) -> None:

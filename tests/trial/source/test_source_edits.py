@@ -304,6 +304,14 @@ def make():
         H[1:3, 1:3] += q[0] * q[1]
         return H + L
 
+    def sum(q):
+        sizes = [len(j) for j in ([1.0], [2.0, 3.0])]
+        total = np.array([[2.1, 0.7], [0.7, 1.3]]) @ np.array(q)
+        for j in range(2):
+            for k in range(j + 1):
+                total[j] += sizes[j] * q[k] ** 2
+        return total
+
     def drive(q):
         torques = []
         for i in range(3):
@@ -312,7 +320,7 @@ def make():
             torques.append(np.array([scale, q[1]]) @ (moment if i < 2 else force))
         return torques
 
-    return {"turn": turn, "pull": pull, "map": map, "drive": drive}
+    return {"turn": turn, "pull": pull, "map": map, "sum": sum, "drive": drive}
 """
 
 
@@ -321,6 +329,8 @@ def make():
     [
         ("xx, xy, xz, yy, yz, zz = row", "xx, yy, zz, xy, xz, yz = row"),
         ("max(j, i)", "j"),
+        ("[[2.1, 0.7], [0.7, 1.3]]", "[[2.1, -0.7], [-0.7, 1.3]]"),
+        ("range(j + 1)", "range(j)"),
         (" + W @ W", ""),
         ("H[1:3, 1:3]", "H[2, 2]"),
         ("frames[j].p", "f.p"),
