@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from crosscheck.models.errors import make_printable
 from crosscheck.report.finding_groups import list_findings
 from crosscheck.report.heat_map import HeatMap, make_heat_map
@@ -102,4 +104,5 @@ def _make_rate_maps(part: PartDeviation, names: Sequence[str]) -> Iterator[HeatM
     for name, relative in zip(names, part.relative, strict=True):
         if not (relative <= part.allowed).all():
             title = f"{part.title} of {name}, by rates"
-            yield make_heat_map(title, names, relative, part.allowed)
+            both = np.maximum(relative, relative.T)  # v1 v2 and v2 v1 are one product
+            yield make_heat_map(title, names, both, part.allowed)

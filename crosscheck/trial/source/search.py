@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.source.answer_key import Answer, AnswerKey
+from crosscheck.trial.source.answer_key import EQUAL, Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
@@ -273,11 +273,15 @@ class EditSearch:
 
     def _are_likely(self, start: Sequence[float], values: Sequence[float], digits: int) -> bool:
         """Whether somebody may have meant these numbers: what nobody writes mends by chance."""
-        pairs = zip(start, values, strict=True)
+        pairs = list(zip(start, values, strict=True))
         if any(a and b and not 1 / LARGEST_RATIO < abs(b / a) < LARGEST_RATIO for a, b in pairs):
             return False
         has_many = not all(is_round(value, digits) for value in start)
         is_stated = self.answer_keys[0].is_stated
+        # Of several, those that the file states are right.
+        changed = [(a, b) for a, b in pairs if abs(a - b) > EQUAL * abs(a)] if start[1:] else []
+        if any(is_stated(a) and not is_stated(b) for a, b in changed):
+            return False
         return has_many or all(is_round(v, digits) or is_stated(v) for v in values)
 
     def _solve_summands(self) -> Iterator[Edit]:

@@ -14,6 +14,7 @@ from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.site import get_sign, is_sum
 from crosscheck.trial.source.syntax import SourceTree
 
+CELL = "this cell"  # of a notebook, whose code stands in no file
 MOST_NAMED = 2  # entries of a list in a sentence
 LONG = 20  # characters of a formula that is not shown for the sign of its last summand
 
@@ -142,7 +143,8 @@ def _list_names(names: Sequence[str]) -> str:
 def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
     """The record of an edit that mends these entries."""
     node, other, lines = edit.node, edit.parse(), tree.code.text.splitlines()
-    file, line, last = Path(tree.code.file).name, node.lineno, node.end_lineno or node.lineno
+    path, line, last = Path(tree.code.file), node.lineno, node.end_lineno or node.lineno
+    file = CELL if path.is_absolute() and not path.exists() else path.name
     before = "\n".join(lines[line - 1 : last])
     if edit.further or isinstance(node, ast.For | ast.While):
         return _describe_move(lines, edit, file, entries)
