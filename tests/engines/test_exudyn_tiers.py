@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.stiffness import WAVES, StiffnessCurve
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import MIXED, NONE, R_S, arm_of, geared, scenario
 from tests.planet_meshes import stiffness_at
@@ -21,6 +22,15 @@ def test_records_of_an_arm_with_direct_joints(tier):
     run = tier(MIXED["direct-direct"], scenario()).simulate()
     assert dict(run.sizes) == {"time": 11, "joint": 2}
     assert {"theta", "theta_dot", "theta_ddot", "torque", "kinetic_energy"} == set(run.data_vars)
+
+
+def test_the_largest_stiffness_of_waves_is_that_of_all_together():
+    """Waves of one to seven a cycle: the highest needs the finest samples."""
+    cosines, sines = 1e6 * np.array([[3, 0, 1, 0, 2, 0, 5], [1, 0, 0, 4, 0, 0, 3]])
+    phase, orders = np.linspace(0, 2 * np.pi, 20_001), np.arange(1, 8)
+    waves = np.cos(np.outer(phase, orders)) @ cosines + np.sin(np.outer(phase, orders)) @ sines
+    curve = StiffnessCurve(WAVES, 1e8, columns=(cosines, sines))
+    assert curve.largest_stiffness == pytest.approx(1e8 + waves.max(), abs=5e-4 * np.ptp(waves))
 
 
 @both_tiers

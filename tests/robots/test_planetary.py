@@ -7,7 +7,7 @@ import pytest
 
 from crosscheck.analytic.ensemble import group_models
 from crosscheck.analytic.robot.runs import RobotMember
-from crosscheck.analytic.robot.springs import replace_stages_by_rotors
+from crosscheck.analytic.robot.springs import replace_stages_by_rotors, tooth_springs
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import ConstantDrive, Start
@@ -29,6 +29,12 @@ SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.plan
 def pendulum(**changes: object) -> Robot:
     """A bob on an axis along y, which a stage turns against the ground."""
     return chains.robot(chains.BOB, {"swing": chains.planetary(**changes)})
+
+
+def test_errors_of_teeth_are_bounded_by_both_of_their_parts():
+    ring = chains.contact(static_error_m=-4e-6)
+    springs = tooth_springs(pendulum(ring_mesh=ring))
+    assert [each.error for each in springs] == pytest.approx([3e-6 + 1e-6, 3e-6 + 4e-6])
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)

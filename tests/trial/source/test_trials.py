@@ -166,6 +166,12 @@ def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
     assert [each.line for each in answer.edits] == [find_line(MOMENTS, old) for old, _ in errors]
 
 
+def test_a_stated_level_may_be_one_with_another(tmp_path, arm):
+    """Without rotors all are the rigid arm."""
+    stated = LITERAL.replace("bias=bias)", 'bias=bias, level="coupled")')
+    assert try_equations(write_model(tmp_path, stated), arm).exit_code == 0
+
+
 def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
     monkeypatch.setattr(worker, "RankTask", None)
     trial = try_equations(write_model(tmp_path, BY_FILE), arm)
