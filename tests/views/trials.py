@@ -60,6 +60,7 @@ def list_facts(trial: Trial) -> Iterator[Fact]:
         yield Fact(trial.allowed[part], f"allowed {title}")
         for number, rows in enumerate(errors if errors.ndim == 3 else [errors]):
             own = f"bias of {names[number]}, by rates" if errors.ndim == 3 else title
+            rows = np.maximum(rows, rows.T) if errors.ndim == 3 else rows  # of v1 v2 and v2 v1
             for place, value in np.ndenumerate(rows):
                 head = names[place[1]] if len(place) > 1 else "column 1"
                 shown = TICK if value <= trial.allowed[part] else value
