@@ -72,6 +72,7 @@ class TrialDiagnosis:
         unexplained: Sentences on what no change explains.
         explanations: Words that complete `the equations of the level with ...`, each of which
             alone explains all.
+        is_compound: Whether these change several numbers at once.
         readings: Other coordinates, in words, in which all is right; then no other reason is
             looked for.
         hidden: Entries that are right here, and not on other mechanisms of the structure.
@@ -87,6 +88,7 @@ class TrialDiagnosis:
     notes: tuple[str, ...] = ()
     unexplained: tuple[str, ...] = ()
     explanations: tuple[str, ...] = ()
+    is_compound: bool = False
     readings: tuple[str, ...] = ()
     hidden: tuple[EntryMismatch, ...] = ()
     ignored_numbers: tuple[IgnoredNumber, ...] = ()
@@ -196,7 +198,9 @@ class Trial:
         for check in self.self_checks:  # what follows from wrong entries alone has no words
             if check.finding.verdict in ("differ", "failed") and check.fault:
                 yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
-        first, *others = diagnosis.explanations or [""]
+        has_line = self.change is not None and self.change.is_whole
+        is_needless = has_line and diagnosis.is_compound
+        first, *others = ("",) if is_needless else (diagnosis.explanations or ("",))
         if first:
             level, _ = self.problem.describe_level(diagnosis.level, self.distances)
             yield f"yours are the equations of {level} with {first}"

@@ -172,9 +172,9 @@ class ArmSubject(TrialSubject):
         if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
-        explanations = list[str]()
+        explanations, is_compound = list[str](), False
         if wrong_parts and not readings and self._is_searched_by_numbers:
-            level, explanations = self._find_changes(level, distances)
+            level, explanations, is_compound = self._find_changes(level, distances)
         here = self._compare(level)
         is_explained = bool(readings or explanations)
         is_open = bool(wrong_parts and level) and not is_explained
@@ -197,6 +197,7 @@ class ArmSubject(TrialSubject):
             () if is_explained else tuple(describe_entries(wrong)),
             () if is_explained else tuple(describe_unexplained(wrong)),
             explanations=tuple(explanations),
+            is_compound=is_compound,
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
@@ -215,11 +216,14 @@ class ArmSubject(TrialSubject):
 
     def _find_changes(
         self, level: str, distances: Sequence[LevelDistance]
-    ) -> tuple[str, list[str]]:
-        """The level at which one change explains all, and such changes; else the given level."""
+    ) -> tuple[str, list[str], bool]:
+        """The level at which one change explains all, and such changes; else the given level.
+
+        Last whether these are two at once.
+        """
         arms = {each.level: self._compare(each.level) for each in distances}
-        changed, words = find_changes(arms, distances, self._compare_probes)
-        return (changed, words) if words else (level, words)
+        changed, words, is_compound = find_changes(arms, distances, self._compare_probes)
+        return changed if words else level, words, is_compound
 
     def _compare(self, level: str) -> EntryComparison:
         return compare_entries(self.problem, level, self.results)

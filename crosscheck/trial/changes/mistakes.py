@@ -254,12 +254,12 @@ def _confuse_rotor(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
 
 def _exchange_rotors(robot: Robot) -> Iterator[RobotMistake]:
     """Two joints' rotors, each with the other's inertia and ratio."""
-    for one, other in combinations(range(len(robot.rotors)), 2):
-        first, second = robot.rotors[one], robot.rotors[other]
+    for i, j in combinations(range(len(robot.rotors)), 2):
+        first, second = robot.rotors[i], robot.rotors[j]
         rotors = list(robot.rotors)
-        rotors[one] = replace(first, inertia=second.inertia, ratio=second.ratio)
-        rotors[other] = replace(second, inertia=first.inertia, ratio=first.ratio)
-        names = " and ".join(name_part(robot, "rotors", place) for place in (one, other))
+        rotors[i] = replace(first, inertia=second.inertia, ratio=second.ratio)
+        rotors[j] = replace(second, inertia=first.inertia, ratio=first.ratio)
+        names = " and ".join(name_part(robot, "rotors", place) for place in (i, j))
         yield RobotMistake(f"{names} exchanged", replace(robot, rotors=tuple(rotors)))
 
 

@@ -63,13 +63,14 @@ class Cause:
 
     usual: whether the number is 0, has the other sign, is twice or half as large or is another of
     the file, so that somebody may well have written it. missing: name of a number that is 0; path:
-    of the number.
+    of the number; is_compound: whether several numbers are changed at once.
     """
 
     words: str
     usual: bool
     missing: str = ""
     path: str = ""
+    is_compound: bool = False
 
 
 class StepRows(NamedTuple):
@@ -192,7 +193,10 @@ class CauseSearch(ValueSearch):
         Those come first of which both are.
         """
         pairs = dict(islice(self._pairs.find_pairs(places), MOST_EQUAL_PAIRS))
-        causes = [Cause(f"two changes: {words}", usual) for words, usual in pairs.items()]
+        causes = [
+            Cause(f"two changes: {words}", usual, is_compound=True)
+            for words, usual in pairs.items()
+        ]
         return sorted(causes, key=lambda cause: not cause.usual)
 
     @cached_property
@@ -259,7 +263,8 @@ class CauseSearch(ValueSearch):
             if self.can_explain(fit / scale @ rows, places):
                 inertia = body.inertia + np.tensordot(fit / scale, units, 1)
                 link = get_link_name(robot, number)
-                yield Cause(describe_inertia(link, body, inertia, rank == 6), usual=False)
+                words = describe_inertia(link, body, inertia, rank == 6)
+                yield Cause(words, usual=False, is_compound=True)
 
     def find_step_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
         """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.

@@ -114,7 +114,14 @@ def diagnose(
     if not (words or notes):
         notes = list(describe_entry_notes(entries))
     unexplained = () if words or notes else (NO_CAUSE,)
-    return TrialDiagnosis(level, tuple(entries), tuple(notes), unexplained, explanations=words)
+    return TrialDiagnosis(
+        level,
+        tuple(entries),
+        tuple(notes),
+        unexplained,
+        explanations=words,
+        is_compound=any(cause.is_compound for cause in explanations),
+    )
 
 
 def _describe_accelerations(

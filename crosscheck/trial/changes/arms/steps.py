@@ -63,10 +63,10 @@ def find_changes(
     arms: Mapping[str, EntryComparison],
     distances: Sequence[LevelDistance],
     compare_probes: Callable[[str], Sequence[EntryComparison]],
-) -> tuple[str, list[str]]:
+) -> tuple[str, list[str], bool]:
     """The level of an arm at which one change explains all that is wrong, and such changes.
 
-    Else two that somebody may well have made, if there are no other arms.
+    Else two that somebody may well have made, if there are no other arms; last whether they are.
 
     arms: the comparison with each level that may be meant; distances: theirs, the nearest first;
     compare_probes: the comparisons of other arms with a level, which the change must explain too.
@@ -85,7 +85,8 @@ def find_changes(
         # As of a constant in one entry, which many numbers make.
         which = f"another value of one of {len(described)} numbers, such as"
         described = [f"{which} {' or '.join(described[:2])}"]
-    return level, list(map(_name_by_number, described))
+    is_compound = any(each.is_compound for each in causes)
+    return level, list(map(_name_by_number, described)), is_compound
 
 
 def _search_numbers(arm: EntryComparison) -> CauseSearch:
