@@ -14,20 +14,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Joint, Planetary
-from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque, torques_along
-from crosscheck.models.experiment.scenario import (
-    Scenario,
-    Switches,
-    expand_to_joints,
-    planet_offsets,
-)
+from crosscheck.models.experiment.drive import DriveData, joint_torque, torques_along
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.exudyn.bodies import contact, poses
 from crosscheck.models.exudyn.bodies.contact import ContactMesh, build_contact_mesh
 from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
 from crosscheck.models.exudyn.bodies.stiffness import Spring
-from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.interface import STATE_ABILITIES, require_finite
+from crosscheck.models.robot.arm_model import ArmModel
 from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
@@ -108,7 +103,7 @@ def build_motor_connector(
     return Connector(moving, force)
 
 
-class ExudynBodies(Model):
+class ExudynBodies(ArmModel):
     """The geared arm in redundant coordinates: three per body, and two constraints per joint.
 
     Coordinates are the paper's (Eq. 20), or those of free planets; a state has all joints closed,
@@ -116,14 +111,13 @@ class ExudynBodies(Model):
     the engine's.
     """
 
-    name = "exudyn:bodies"
+    name, level = "exudyn:bodies", "geared"
     abilities = frozenset({*STATE_ABILITIES, "simulate", "constraint_residual"})
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = geared_layout(arm, self.switches)
         self.stages = poses.build_stages(arm)
         self.poses = poses.PoseMap(arm, self.layout)
         self.meshes = build_gear_pairs(arm, self.switches)
@@ -136,9 +130,8 @@ class ExudynBodies(Model):
     @cached_property
     def driven_engine(self) -> BodyEngine:
         """Engine of the bodies on their joints with meshes, motors, friction and gravity."""
-        law = drive_data(self.scenario, len(self.stages))
         motors = [
-            build_motor_connector(stage, joint, law, place)
+            build_motor_connector(stage, joint, self._drive, place)
             for place, (stage, joint) in enumerate(zip(self.stages, self.arm.joints, strict=True))
         ]
         contacts = [
@@ -255,37 +248,6 @@ class ExudynBodies(Model):
         gaps, rates = engine.joints(), engine.joints(velocity_level=True)
         return gaps, rates, jacobian @ acceleration + swing
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """q and v at t = 0, shape (n,) each; no mesh slides."""
-        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
-        q, v = np.zeros(len(layout)), np.zeros(len(layout))
-        for place in layout.mesh_joints:
-            self._place_planets(q, place)
-        q[layout.theta] = expand_to_joints(start.theta_rad, joints)
-        v[layout.theta] = expand_to_joints(start.theta_dot_rad_per_s, joints)
-        return q, v
-
-    def _place_planets(self, q: np.ndarray, place: int) -> None:
-        """Set a joint's displacements in ``q`` at the start.
-
-        Every ring mesh touches, and the first of the sun's, or all are centred; then offsets come.
-        """
-        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
-        x_sp, x_pr = (
-            (start.mesh == "contact")
-            * np.array([contact.contact_deflection(pair.mesh) for pair in side])
-            for side in self.meshes[place]
-        )
-        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
-        sun_offset, ring_offset = (expand_to_joints(offset, joints)[place] for offset in offsets)
-        rings = poses.ring_places(layout, place)
-        q[rings] = x_pr[: len(rings)] + ring_offset
-        if layout.free:
-            q[rings] += planet_offsets(start, place, len(rings))
-            q[layout.at("x_s", place)] = (x_pr + x_sp).min() + sun_offset + ring_offset
-        else:
-            q[layout.at("x_sp", place)] = x_sp[0] + sun_offset
-
     def simulate(self) -> xr.Dataset:
         """Run the scenario by the trapezoidal rule at its step, all of it in the engine.
 
@@ -310,14 +272,13 @@ class ExudynBodies(Model):
             np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
             for values in (pose, velocity, accelerations)
         )
-        drive = drive_data(run, len(self.stages))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=theta_ddot,
-            torque=torques_along(drive, time, theta, theta_dot),
+            torque=torques_along(self._drive, time, theta, theta_dot),
             **self._mesh_records(time, pose, velocity),
             kinetic_energy=energy,
         )
@@ -343,13 +304,6 @@ class ExudynBodies(Model):
             "F_sp": read[0, 1],
             "F_pr": read[1, 1],
         }
-
-    def largest_stable_step(self) -> float:
-        """Largest stable step: inf, as the trapezoidal rule lets no decaying mode grow at any step.
-
-        Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
-        """
-        return float("inf")
 
 
 def _body_columns(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:

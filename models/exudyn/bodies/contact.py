@@ -171,11 +171,6 @@ def rounded_dead_zone(gap: float, b: float, sharpness: float) -> float:
     return gap + (above * np.tanh(sharpness * above) - below * np.tanh(sharpness * below)) / 2
 
 
-def contact_deflection(mesh: ContactMesh) -> float:
-    """x [m] at which the teeth touch, on the driving flank and without the error's wave."""
-    return mesh.backlash + mesh.runout
-
-
 @njit(cache=True)
 def gap_of(mesh: ContactMesh, contact: ContactState) -> float:
     """Gap x - e [m] of a mesh (Eq. 14)."""
