@@ -20,19 +20,15 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.exudyn.bodies import contact, poses
 from crosscheck.models.exudyn.bodies.contact import ContactMesh, build_contact_mesh
 from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
-from crosscheck.models.exudyn.bodies.stiffness import Spring
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.robot.arm_model import ArmModel
-from crosscheck.models.trajectory import recorded_times, trajectory
+from crosscheck.models.trajectory import MESH_VARIABLES, recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 GROUND_STATE = (0.0, 0.0, 0.0)  # pose and velocity of the ground
-
-# Of the largest acceleration or squared rate: a linear solve leaves 1e-12 between equal planets.
-ALIKE_TOLERANCE = 1e-9
 
 
 class GearPair(NamedTuple):
@@ -177,53 +173,12 @@ class ExudynBodies(ArmModel):
         return driven.right_hand_side() - free.right_hand_side()
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies.
-
-        Raises ArithmeticError should lumped planets not move alike.
-        """
-        turning, rates = self.body_accelerations(t, q, v)[2::3], self.poses.velocity(q, v)[2::3]
-        if not self.layout.free:
-            size = max(abs(turning).max(), (rates**2).max())
-            self.poses.require_alike(turning, ALIKE_TOLERANCE * size + self._rounding(q, v))
-        return self.poses.coordinates(turning)
-
-    def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
-        """Largest change of a planet's acceleration [rad/s^2] by rounding of its meshes' forces."""
-        pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
-        felt = [
-            contact.torque_rounding(
-                mesh, largest, _body_columns(pose, bodies)[0], _body_columns(velocity, bodies)[0]
-            )
-            / inertia
-            for (mesh, bodies), largest, inertia in self._stiffest_pairs
-        ]
-        return max(felt, default=0.0)
-
-    @cached_property
-    def _stiffest_pairs(self) -> list[tuple[GearPair, float, float]]:
-        """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2].
-
-        Lumped planets have the same ones.
-        """
-        entries = []
-        for joint, sides in zip(self.arm.joints, self.meshes, strict=True):
-            for pair, *_ in sides:
-                assert isinstance(joint, Planetary)  # as joints with meshes are
-                mesh = pair.mesh
-                largest = Spring(mesh.kind, mesh.mean, mesh.numbers).largest_stiffness
-                entries.append((pair, largest, poses.gear_inertia(joint, "planet")))
-        return entries
+        """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies."""
+        return self.poses.coordinates(self.body_accelerations(t, q, v)[2::3])
 
     def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
         return self.driven_engine.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
-
-    def joint_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Forces [N] of its revolute joint on every body at t [s], ground frame, (bodies, 2)."""
-        engine, pose = self.driven_engine, self.poses.pose(q)
-        reactions = engine.solve(t, pose, self.poses.velocity(q, v))[1].reshape(-1, 2)
-        sign = np.diag(engine.joint_jacobian()[::2, ::3])  # of its own body in the gap: +1 or -1
-        return -sign[:, None] * reactions
 
     def constraint_residual(
         self, q: np.ndarray, v: np.ndarray, a: np.ndarray, opened: np.ndarray | None = None
@@ -290,20 +245,13 @@ class ExudynBodies(ArmModel):
         if not self.layout.mesh_joints:
             return {}
         planets = max(len(stage.planets) for stage in self.stages)
-        read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
+        read = np.full((3, 2, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
             for side, toothed in enumerate(sides):
                 for planet, (mesh, bodies) in enumerate(toothed):
                     seen = [_body_columns(values, bodies) for values in (pose, velocity)]
-                    read[side, :, :, joint, planet] = contact.readings(mesh, time, *seen)
-        return {
-            "x_sp": read[0, 0],
-            "x_pr": read[1, 0],
-            "x_sp_dot": read[0, 2],
-            "x_pr_dot": read[1, 2],
-            "F_sp": read[0, 1],
-            "F_pr": read[1, 1],
-        }
+                    read[:, side, :, joint, planet] = contact.readings(mesh, time, *seen)
+        return dict(zip(MESH_VARIABLES, read.reshape(6, *read.shape[2:]), strict=True))
 
 
 def _body_columns(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:

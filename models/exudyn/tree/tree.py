@@ -28,7 +28,7 @@ from crosscheck.models.exudyn.tree.loads import build_joints, build_load_functio
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.robot.arm_model import ArmModel
-from crosscheck.models.trajectory import recorded_times, trajectory
+from crosscheck.models.trajectory import MESH_VARIABLES, recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,8 +151,8 @@ class ExudynTree(ArmModel):
         if not self.gears:
             return {}
         planets = max(len(stage.planets) for stage in self.stages)
-        x = np.full((2, len(time), len(self.stages), planets), np.nan)
-        x_dot, force = x.copy(), x.copy()
+        records = np.full((3, 2, len(time), len(self.stages), planets), np.nan)
+        x, x_dot, force = records
         for gear in self.gears:
             stage, link = gear.bodies, gear.bodies.link
             for side, planet in np.ndindex(2, len(stage.planets)):
@@ -161,14 +161,7 @@ class ExudynTree(ArmModel):
                 x[at] = mesh.deflection(law, stage, planet, q, with_sun=side == 0)
                 x_dot[at] = mesh.deflection(law, stage, planet, v, with_sun=side == 0)
                 force[at] = mesh.elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
-        return {
-            "x_sp": x[0],
-            "x_pr": x[1],
-            "x_sp_dot": x_dot[0],
-            "x_pr_dot": x_dot[1],
-            "F_sp": force[0],
-            "F_pr": force[1],
-        }
+        return dict(zip(MESH_VARIABLES, records.reshape(6, *x.shape[1:]), strict=True))
 
     def largest_stable_step(self) -> float:
         """Largest step [s] of RK44 that lets no mode of the stiffest meshes grow by itself.
