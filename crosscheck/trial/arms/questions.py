@@ -348,11 +348,6 @@ class VerificationProblem:
         return self.frame.names
 
     @property
-    def joint_names(self) -> list[str]:
-        """Names of the joints, as drive may state them."""
-        return [f"theta_{number + 1}" for number in range(len(self.case.arm.joints))]
-
-    @property
     def description(self) -> tuple[str, ...]:
         """Lines that describe the arm."""
         return self.case.arm.described

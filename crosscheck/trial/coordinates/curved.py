@@ -92,7 +92,6 @@ def _build_sympy_frame(
     return Frame(
         layout,
         names,
-        "sympy",
         position=lambda x: _convert_answer(value(x, x), (n,), "function", x),
         slopes=lambda x: _convert_answer(slopes(x, x), (n, n), "function's jacobian", x),
         drift=lambda x, u: _convert_answer(along(x, u), (n,), "function's second derivative", x),
@@ -125,8 +124,7 @@ def build_velocity_frame(
         raise InputError(WHERE, "velocities", None, reason)
 
     def slopes(q: np.ndarray) -> np.ndarray:
-        raw = _call_user_function(velocities, "velocities", q)
-        matrix = _convert_answer(raw, (n, n), "velocities", q)
+        matrix = _call_user_function(velocities, "velocities", q, (n, n))
         frames.require_invertible(matrix, "velocities", q)
         return np.linalg.inv(matrix)
 
@@ -136,7 +134,7 @@ def build_velocity_frame(
         return size * _certain_derivative(1, lambda at: slopes(at) @ u, q, rates / size)
 
     slopes(np.zeros(n))
-    return Frame(layout, names, "given", position=np.copy, slopes=slopes, drift=drift)
+    return Frame(layout, names, position=np.copy, slopes=slopes, drift=drift)
 
 
 def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
@@ -144,14 +142,11 @@ def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: st
     names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
 
     def function(x: np.ndarray) -> np.ndarray:
-        return _convert_answer(
-            _call_user_function(user_function, "function", x), (n,), f"function, for {count}", x
-        )
+        return _call_user_function(user_function, "function", x, (n,), f", for {count}")
 
     difference_frame = Frame(
         layout,
         names,
-        "differences",
         position=function,
         slopes=lambda x: _difference_jacobian(function, x),
         drift=lambda x, u: _curvature(function, x, u),
@@ -163,13 +158,10 @@ def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: st
         raise InputError(WHERE, "jacobian", None, reason)
 
     def slopes(x: np.ndarray) -> np.ndarray:
-        return _convert_answer(
-            _call_user_function(given, "jacobian", x), (n, n), f"jacobian, for {count}", x
-        )
+        return _call_user_function(given, "jacobian", x, (n, n), f", for {count}")
 
     return replace(
         difference_frame,
-        jacobian_source="given",
         slopes=slopes,
         drift=lambda x, u: _jacobian_drift(lambda y, w: slopes(y) @ w, x, u),
     )
@@ -190,7 +182,6 @@ def _build_complex_frame(frame: Frame, user_function: Any) -> Frame | None:
 
     candidate = replace(
         frame,
-        jacobian_source="complex step",
         slopes=slopes,
         drift=lambda x, u: _jacobian_drift(forward, x, u),
     )
@@ -252,15 +243,21 @@ def _certain_derivative(
 
 
 def _call_user_function(
-    user_function: Callable[[np.ndarray], Any], what: str, x: np.ndarray
-) -> Any:
+    user_function: Callable[[np.ndarray], Any],
+    what: str,
+    x: np.ndarray,
+    shape: tuple[int, ...],
+    more: str = "",
+) -> np.ndarray:
+    """The numbers of a user's answer; more: words on those that are expected. Raises InputError."""
     try:
-        return user_function(x.copy())
+        raw = user_function(x.copy())
     except BaseException as error:  # the user's own code
         if was_stopped():
             raise
         reason = f"raises {type(error).__name__}: {error}, at x = {format_vector(x)}"
         raise InputError(WHERE, what, None, reason) from error
+    return _convert_answer(raw, shape, what + more, x)
 
 
 def _convert_answer(raw: Any, shape: tuple[int, ...], what: str, x: np.ndarray) -> np.ndarray:

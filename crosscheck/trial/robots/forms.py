@@ -11,6 +11,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.changes.forms import SIZABLE, format_factor
 from crosscheck.trial.changes.numbers import ALIKE
+from crosscheck.trial.judge.entries import format_rates
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
@@ -27,7 +28,7 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
         forces[f"the torque of {name}"] = torque
     products = sample_bias_terms(model.bias, states).products
     for j, k in zip(*np.triu_indices(len(names)), strict=True):
-        rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+        rates = format_rates((j, k), names)
         forces[rates] = -products[:, :, j, k] * (states.v[:, j] * states.v[:, k])[:, None]
     return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
 
