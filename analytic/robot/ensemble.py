@@ -23,7 +23,7 @@ class RobotChunk(RunChunk):
     models: Sequence[RobotMember]
 
     @cached_property
-    def theta(self) -> np.ndarray:
+    def theta(self) -> np.ndarray:  # type: ignore[override]
         """Coordinates [rad], [m]; a joint that follows another with its offset."""
         _, offsets = self._joint_map
         return self._joint_values(self.records.q) + offsets[:, np.newaxis]

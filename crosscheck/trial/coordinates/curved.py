@@ -129,9 +129,7 @@ def build_velocity_frame(
         return np.linalg.inv(matrix)
 
     def drift(q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        rates = slopes(q) @ u
-        size = float(np.abs(rates).max()) or 1.0
-        return size * _certain_derivative(1, lambda at: slopes(at) @ u, q, rates / size)
+        return _certain_derivative(1, lambda at: slopes(at) @ u, q, slopes(q) @ u)
 
     slopes(np.zeros(n))
     return Frame(layout, names, position=np.copy, slopes=slopes, drift=drift)
@@ -149,7 +147,7 @@ def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: st
         names,
         position=function,
         slopes=lambda x: _difference_jacobian(function, x),
-        drift=lambda x, u: _curvature(function, x, u),
+        drift=lambda x, u: _certain_derivative(2, function, x, u),
     )
     if given is None:
         return _build_complex_frame(difference_frame, user_function) or difference_frame
@@ -206,24 +204,17 @@ def _difference_jacobian(function: Vector, x: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """The second derivative (n,) of the function along u."""
-    size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain_derivative(2, function, x, u / size)
-
-
 def _jacobian_drift(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Derivative (n,) of J u along u, at fixed u; forward(x, u): J u."""
-    size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain_derivative(
-        1, lambda y: forward(y, u / size), x, u / size, "second derivative"
-    )
+    return _certain_derivative(1, lambda y: forward(y, u), x, u, "second derivative")
 
 
 def _certain_derivative(
-    order: int, function: Vector, x: np.ndarray, unit: np.ndarray, what: str = ""
+    order: int, function: Vector, x: np.ndarray, along: np.ndarray, what: str = ""
 ) -> np.ndarray:
-    """A derivative (n,) of the function along a line. Raises InputError where it is not certain."""
+    """A derivative (n,) of the function along a vector. Raises InputError unless it is certain."""
+    size = float(np.abs(along).max()) or 1.0
+    unit = along / size
 
     def curve(s: float) -> np.ndarray:
         try:
@@ -239,7 +230,7 @@ def _certain_derivative(
             f"its {what} is not to be found at x = {format_vector(x)}; give a sympy Matrix of it"
         )
         raise InputError(WHERE, "function", None, reason)
-    return derivatives
+    return size**order * derivatives
 
 
 def _call_user_function(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
         torque[:, number] = states.torques[:, number]
         forces[f"the torque of {name}"] = torque
     products = sample_bias_terms(model.bias, states).products
-    for j, k in zip(*np.triu_indices(len(names)), strict=True):
+    for j, k in combinations_with_replacement(range(len(names)), 2):
         rates = format_rates((j, k), names)
         forces[rates] = -products[:, :, j, k] * (states.v[:, j] * states.v[:, k])[:, None]
     return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
