@@ -18,6 +18,7 @@ from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records, Steppe
 from crosscheck.analytic.kernel.program import RUNS
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
@@ -107,7 +108,9 @@ class Chunk(RunChunk):
     def torque(self) -> np.ndarray:
         """Driving torques (records, joints, members) [N m], output side."""
         torques = [
-            model.torques(self.time, self.theta[:, :, place], self.theta_dot[:, :, place])
+            torques_along(
+                model.drive, self.time, self.theta[:, :, place], self.theta_dot[:, :, place]
+            )
             for place, model in enumerate(self.models)
         ]
         return np.stack(torques, axis=2)

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.analytic.robot.model import multiply
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
@@ -100,7 +101,7 @@ class TransformedModel:
         if quantity == "bias":
             return self.bias_at(x)(u)
         if quantity == "rate_terms":
-            return rate_terms(self.bias_at(x), x.shape[1], self._find_steps(x))
+            return rate_terms(self.bias_at(x), self._find_steps(x))
         if quantity == "gravity":
             return self.gravity(x)
         return self.force_at(states) if quantity == "force" else self.acceleration_at(states)
@@ -119,11 +120,11 @@ class TransformedModel:
 
         def compute_bias(u: np.ndarray) -> np.ndarray:
             u = np.broadcast_to(u, x.shape)
-            bias = _ask(self.model, "bias", q, _multiply(jacobians, u))
+            bias = _ask(self.model, "bias", q, multiply(jacobians, u))
             if mass is not None:
                 drift = np.array([self.frame.drift(*each) for each in zip(x, u, strict=True)])
-                bias = bias + _multiply(mass, drift)
-            return _multiply(jacobians.swapaxes(1, 2), bias)
+                bias = bias + multiply(mass, drift)
+            return multiply(jacobians.swapaxes(1, 2), bias)
 
         return compute_bias
 
@@ -131,7 +132,7 @@ class TransformedModel:
         """f_x = J^T f, shape (states, n)."""
         force = _ask_at(self.weightless or self.model, "generalized_force", states)
         jacobians = self._list_jacobians(np.array([state.x for state in states]))
-        return _multiply(jacobians.swapaxes(1, 2), force)
+        return multiply(jacobians.swapaxes(1, 2), force)
 
     def gravity(self, x: np.ndarray) -> np.ndarray:
         """g_x = J^T g, shape (states, n): what the force lacks with weights, at rest."""
@@ -141,7 +142,7 @@ class TransformedModel:
         without, whole = (
             _ask(model, "generalized_force", *at_rest) for model in (self.weightless, self.model)
         )
-        return _multiply(jacobians.swapaxes(1, 2), without - whole)
+        return multiply(jacobians.swapaxes(1, 2), without - whole)
 
     def acceleration_at(self, states: Sequence[UserState]) -> np.ndarray:
         """x'' of q'' = J x'' + J' u, shape (states, n)."""
@@ -174,12 +175,6 @@ def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
 def _ask_at(model: Model, method: str, states: Sequence[UserState]) -> np.ndarray:
     """The same of a method of time and state."""
     return _ask(model, method, *(np.array([state[k] for state in states]) for k in (0, 3, 4)))
-
-
-def _multiply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Products (states, n) of matrices (states, n, n) and vectors (states, n)."""
-    products: np.ndarray = (matrices @ vectors[..., None])[..., 0]
-    return products
 
 
 def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
@@ -248,7 +243,7 @@ Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-    return rate_terms(partial(source.bias, state.x), state.x.size, steps)
+    return rate_terms(partial(source.bias, state.x), steps)
 
 
 def _christoffel(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
