@@ -86,6 +86,20 @@ class RunChunk(ABC):
         """Elastic force of ring meshes per planet [N]."""
         return self._forces(1)
 
+    @cached_property
+    def torque(self) -> np.ndarray:
+        """Driving torques (records, joints, members) [N m], [N]; 0 of followers of others."""
+        free, torques = list(self._free_joints), np.zeros_like(self.theta)
+        for place, model in enumerate(self.models):
+            moving = self.theta[:, free, place], self.theta_dot[:, free, place]
+            torques[:, free, place] = torques_along(model.drive, self.time, *moving)
+        return torques
+
+    @property
+    @abstractmethod
+    def _free_joints(self) -> Sequence[int]:
+        """Numbers of the joints that follow no other."""
+
     @abstractmethod
     def _joint_values(self, x: np.ndarray) -> np.ndarray:
         """Rows of the joints (records, joints, members) of the coordinates x, or rates."""
@@ -104,16 +118,9 @@ class Chunk(RunChunk):
 
     models: Sequence[AnalyticModel]
 
-    @cached_property
-    def torque(self) -> np.ndarray:
-        """Driving torques (records, joints, members) [N m], output side."""
-        torques = [
-            torques_along(
-                model.drive, self.time, self.theta[:, :, place], self.theta_dot[:, :, place]
-            )
-            for place, model in enumerate(self.models)
-        ]
-        return np.stack(torques, axis=2)
+    @property
+    def _free_joints(self) -> Sequence[int]:
+        return range(len(self.models[0].arm.joints))
 
     def _joint_values(self, x: np.ndarray) -> np.ndarray:
         return x[:, self.models[0].layout.theta]

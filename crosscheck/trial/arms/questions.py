@@ -9,7 +9,7 @@ fails is asked no more.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -220,21 +220,14 @@ class StateQuestion(SelfKeyedTask):
             drawn = draw_states(model.frame, self.case, self.count, self.seed)
             states = drawn[: self.first]
             source = model.repeated_equations if again else model.supplied
-            for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
-                answers.append(answer)
+            pairs = list(zip(states, [*states[1:], states[0]], strict=True))
+            for state, other in pairs[:: -1 if again else 1]:
+                answers.append(QUESTIONS[self.quantity](source, state, other.u))
         except BadAnswer as error:
             return describe_failure(error) if answers else error
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return describe_failure(error)
         return np.array(answers[:: -1 if again else 1])
-
-
-def generate_answers(
-    source: SuppliedEquations, quantity: str, states: Sequence[UserState], order: int = 1
-) -> Iterator[np.ndarray]:
-    """Answer a quantity state by state; with order -1 the last state comes first."""
-    for state, other in list(zip(states, [*states[1:], states[0]], strict=True))[::order]:
-        yield QUESTIONS[quantity](source, state, other.u)
 
 
 # At a state, and with an acceleration (n,) where one is needed: the rates of another state.
