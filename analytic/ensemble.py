@@ -18,6 +18,7 @@ from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records, Steppe
 from crosscheck.analytic.kernel.program import RUNS
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
@@ -43,6 +44,16 @@ class GroupedModel(SteppedModel, Protocol):
 ModelT = TypeVar("ModelT", bound=GroupedModel)
 
 
+def _make_joint_signal(record: str) -> cached_property[np.ndarray]:
+    """The signal of the joints' coordinates, rates or accelerations, as the records have them."""
+    return cached_property(lambda chunk: chunk._joint_values(getattr(chunk.records, record)))
+
+
+def _make_mesh_signal(mesh: Meaning, record: str) -> cached_property[np.ndarray]:
+    """The signal of the displacements [m] of sun or ring meshes, or of their rates [m/s]."""
+    return cached_property(lambda chunk: chunk._displacements(mesh, getattr(chunk.records, record)))
+
+
 @dataclass(frozen=True)
 class RunChunk(ABC):
     """Consecutive records of members that ran side by side, by the names of a run's signals.
@@ -57,40 +68,13 @@ class RunChunk(ABC):
     models: Sequence[Any]
     records: Records
 
-    @cached_property
-    def theta(self) -> np.ndarray:
-        """Coordinates of the joints [rad], [m]."""
-        return self._joint_values(self.records.q)
-
-    @cached_property
-    def theta_dot(self) -> np.ndarray:
-        """Their rates [rad/s], [m/s]."""
-        return self._joint_values(self.records.v)
-
-    @cached_property
-    def theta_ddot(self) -> np.ndarray:
-        """Their accelerations [rad/s^2], [m/s^2]."""
-        return self._joint_values(self.records.a)
-
-    @cached_property
-    def x_sp(self) -> np.ndarray:
-        """Displacements of sun meshes [m]."""
-        return self._displacements("x_sp", self.records.q)
-
-    @cached_property
-    def x_pr(self) -> np.ndarray:
-        """Displacements of ring meshes [m]."""
-        return self._displacements("x_pr", self.records.q)
-
-    @cached_property
-    def x_sp_dot(self) -> np.ndarray:
-        """Rates of x_sp [m/s]."""
-        return self._displacements("x_sp", self.records.v)
-
-    @cached_property
-    def x_pr_dot(self) -> np.ndarray:
-        """Rates of x_pr [m/s]."""
-        return self._displacements("x_pr", self.records.v)
+    theta = _make_joint_signal("q")
+    theta_dot = _make_joint_signal("v")
+    theta_ddot = _make_joint_signal("a")
+    x_sp = _make_mesh_signal("x_sp", "q")
+    x_pr = _make_mesh_signal("x_pr", "q")
+    x_sp_dot = _make_mesh_signal("x_sp", "v")
+    x_pr_dot = _make_mesh_signal("x_pr", "v")
 
     @cached_property
     def F_sp(self) -> np.ndarray:
@@ -101,6 +85,20 @@ class RunChunk(ABC):
     def F_pr(self) -> np.ndarray:
         """Elastic force of ring meshes per planet [N]."""
         return self._forces(1)
+
+    @cached_property
+    def torque(self) -> np.ndarray:
+        """Driving torques (records, joints, members) [N m], [N]; 0 of followers of others."""
+        free, torques = list(self._free_joints), np.zeros_like(self.theta)
+        for place, model in enumerate(self.models):
+            moving = self.theta[:, free, place], self.theta_dot[:, free, place]
+            torques[:, free, place] = torques_along(model.drive, self.time, *moving)
+        return torques
+
+    @property
+    @abstractmethod
+    def _free_joints(self) -> Sequence[int]:
+        """Numbers of the joints that follow no other."""
 
     @abstractmethod
     def _joint_values(self, x: np.ndarray) -> np.ndarray:
@@ -120,14 +118,9 @@ class Chunk(RunChunk):
 
     models: Sequence[AnalyticModel]
 
-    @cached_property
-    def torque(self) -> np.ndarray:
-        """Driving torques (records, joints, members) [N m], output side."""
-        torques = [
-            model.torques(self.time, self.theta[:, :, place], self.theta_dot[:, :, place])
-            for place, model in enumerate(self.models)
-        ]
-        return np.stack(torques, axis=2)
+    @property
+    def _free_joints(self) -> Sequence[int]:
+        return range(len(self.models[0].arm.joints))
 
     def _joint_values(self, x: np.ndarray) -> np.ndarray:
         return x[:, self.models[0].layout.theta]

@@ -22,7 +22,7 @@ from crosscheck.analytic.paper.stiffness import peak_stiffness
 from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
-from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import (
     Scenario,
     Switches,
@@ -175,10 +175,6 @@ class AnalyticModel(Model):
         records = integrate_precisely(self, rtol).records
         require_finite(self.name, time, *records)
         return self.make_trajectory(time, records)
-
-    def torques(self, time: np.ndarray, theta: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Torques of the drive, output side [N m], at angles and rates; all (times, joints)."""
-        return torques_along(self.drive, time, theta, rate)
 
     def reference(self, rtol: float) -> xr.Dataset:
         """Run by an eighth-order method at a relative tolerance, with the work done on the way.

@@ -36,7 +36,6 @@ SUPPLIED = {
     "make_member_model": (f"{CASES}:make_arm_model", f"{CASES}:make_robot_model"),
     "make_member_run": (f"{CASES}:make_arm_run", f"{CASES}:make_robot_run"),
     "find_rigid_model": (f"{CASES}:find_rigid_arm", f"{CASES}:find_rigid_robot"),
-    "load_equations": (f"{LOADING}:load_equations", f"{LOADING}:load_robot_equations"),
     "build_equations": (f"{LOADING}:build_equations", f"{LOADING}:build_robot_equations"),
     "build_frame": (
         "trial.coordinates.build:build_frame",

@@ -157,7 +157,7 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise ValueError(TOO_LONG) from None
     if any(
         isinstance(value, int) and value.bit_length() > LONGEST_BITS
-        for value in _leaf_values(content)
+        for value in list_leaf_values(content)
     ):
         raise ValueError(TOO_LONG)
     return content
@@ -180,7 +180,7 @@ def _format_toml(value: object) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _leaf_values(content: object) -> Iterator[object]:
+def list_leaf_values(content: object) -> Iterator[object]:
     """Every value that is no table or list, however deep."""
     left = [content]
     while left:

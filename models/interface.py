@@ -171,7 +171,7 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no constraint_residual")
 
     def largest_stable_step(self) -> float:
-        """Largest step [s] with which the integrator is stable; inf where steps are adaptive."""
+        """Largest stable step [s] of the integrator; inf where steps are adaptive or implicit."""
         return float("inf")
 
 

@@ -36,6 +36,8 @@ _ABOUT = {
     "work_turned_over": ("J", "integral of the magnitude of every force's power"),
 }
 VARIABLES = tuple(_ABOUT)
+# Of a kind of motion or force, then of sun or ring.
+MESH_VARIABLES = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
 _DIMS = {2: ("time", "joint"), 3: ("time", "joint", "planet"), 1: ("time",)}
 
 

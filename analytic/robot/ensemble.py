@@ -10,7 +10,6 @@ import numpy as np
 
 from crosscheck.analytic.ensemble import RunChunk
 from crosscheck.models.arm.layout import Meaning
-from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.robot.robot import JointStage
 
 if TYPE_CHECKING:
@@ -23,21 +22,10 @@ class RobotChunk(RunChunk):
     models: Sequence[RobotMember]
 
     @cached_property
-    def theta(self) -> np.ndarray:
+    def theta(self) -> np.ndarray:  # type: ignore[override]
         """Coordinates [rad], [m]; a joint that follows another with its offset."""
         _, offsets = self._joint_map
         return self._joint_values(self.records.q) + offsets[:, np.newaxis]
-
-    @cached_property
-    def torque(self) -> np.ndarray:
-        """Driving torques (records, joints, members) [N m], [N]; 0 of followers of others."""
-        free = list(self.models[0].robot.coordinates)
-        q, v = (x[:, : len(free)] for x in self.records[:2])
-        torques = np.zeros((len(self.time), len(self.models[0].robot.joints), len(self.models)))
-        for place, model in enumerate(self.models):
-            along = torques_along(model.drive, self.time, q[:, :, place], v[:, :, place])
-            torques[:, free, place] = along
-        return torques
 
     @property
     def x_mesh(self) -> np.ndarray:
@@ -59,8 +47,12 @@ class RobotChunk(RunChunk):
         return self.models[0].robot.joint_map
 
     @property
+    def _free_joints(self) -> Sequence[int]:
+        return self.models[0].robot.coordinates
+
+    @property
     def _free(self) -> int:
-        return len(self.models[0].robot.coordinates)
+        return len(self._free_joints)
 
     @property
     def _stages(self) -> tuple[tuple[JointStage, slice], ...]:

@@ -15,6 +15,7 @@ from crosscheck.analytic.ensemble import Group, RunChunk, group_models
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
@@ -106,7 +107,7 @@ def _simulate_group(group: Group[AnalyticModel]) -> list[RunSignals | Diverged]:
             results.append(Diverged(model.name, float(at)))
             continue
         theta, theta_dot, theta_ddot, *meshes = (signal[..., place, :].T for signal in signals)
-        joints = [theta, theta_dot, theta_ddot, model.torques(time, theta, theta_dot)]
+        joints = [theta, theta_dot, theta_ddot, torques_along(model.drive, time, theta, theta_dot)]
         case, size = Case(model.arm, model.scenario, model.switches), float(planet_spread[place])
         results.append(
             RunSignals(case, time, *joints, *(meshes or _NO_MESHES), planet_spread_m=size)

@@ -9,6 +9,7 @@ from crosscheck.mechanisms import supply
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Selection
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import load_equations
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,6 @@ def prepare_equations(source: Any, chosen: Selection, name: str) -> Equations:
     """The equations that a user gave, or named by a text, for a mechanism. Raises InputError."""
     given = chosen.mechanism, chosen.scenarios[0] if chosen.scenarios else None
     if isinstance(source, str):
-        loaded: Equations = supply("load_equations", chosen.mechanism.section)(source, *given)
-        return loaded
+        return load_equations(source, *given)
     built: Equations = supply("build_equations", chosen.mechanism.section)(source, *given, name)
     return built

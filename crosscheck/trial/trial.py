@@ -150,6 +150,7 @@ def _run_once(
 
 def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     problem = subject.problem
+    names = problem.mechanism.coordinate_names
     distances = subject.measure_levels()
     diagnosis = subject.diagnose(distances)
     level = diagnosis.level
@@ -163,13 +164,13 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     notes = [*subject.list_notes(diagnosis)]
     if problem.equations.drive is None:
         idle = find_idle_motors(answers, subject.motors)
-        notes += _describe_idle_motors(problem.joint_names, subject.motors, idle, problem.equations)
+        notes += _describe_idle_motors(names, subject.motors, idle, problem.equations)
     wrong = {entry.part for entry in diagnosis.entries if subject.explains_faults or entry.notes}
     self_checks = [
         each for each in self_checks if each.part not in wrong or each.finding.verdict == "failed"
     ]
     relative_errors, allowed = subject.measure_errors(level)
-    remarks = [*subject.list_remarks(), *_describe_motors(problem.joint_names, subject.motors)]
+    remarks = [*subject.list_remarks(), *_describe_motors(names, subject.motors)]
     missing = [part for part in subject.whole if part not in answers.values]
     reasons = dict.fromkeys(missing, "not supplied")
     reasons |= {part: why.kind for part, why in answers.failures.items()}

@@ -228,6 +228,11 @@ class Arm(Data):
         return self.model_dump_json(exclude_defaults=True)
 
     @property
+    def coordinate_names(self) -> list[str]:
+        """Names of the joints' coordinates."""
+        return [f"theta_{number}" for number in range(1, len(self.joints) + 1)]
+
+    @property
     def joint_units(self) -> dict[str, str]:
         """Units of the joints' coordinates, by names of the joints."""
         return {f"joint {number}": "rad" for number in range(1, len(self.joints) + 1)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from crosscheck.models.experiment import scenario as experiments
 from crosscheck.models.experiment.scenario import Scenario, expand_to_joints
 
 CONSTANT, PD, SINE_OF_TIME, SINE_OF_SQRT_TIME, TABLE = range(5)
+Signal = Any  # float or array
 
 
 class DriveData(NamedTuple):
@@ -57,13 +58,14 @@ def joint_torque(
     gains: np.ndarray,
     table_time: np.ndarray,
     table_torque: np.ndarray,
-    t: float,
-    theta: float,
-    theta_dot: float,
-) -> float:
+    t: Signal,
+    theta: Signal,
+    theta_dot: Signal,
+) -> Signal:
     """Output-side torque [N m] of one joint at time t [s], angle [rad] and rate [rad/s].
 
-    gains (3,) and table_torque (rows,) are the joint's rows of DriveData. An engine may compile it.
+    Each is a number, or an array over times. gains (3,) and table_torque (rows,) are the joint's
+    rows of DriveData. An engine may compile it.
     """
     if code == CONSTANT:
         return gains[0]
@@ -80,16 +82,12 @@ def torques_along(
     drive: DriveData, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
 ) -> np.ndarray:
     """Output-side torques [N m] at time (times,) [s] by angles and rates, all (times, joints)."""
-    gains, clock = drive.gains.T, time[:, None]
-    if drive.code == CONSTANT:
-        return np.broadcast_to(gains[0], theta.shape).copy()
-    if drive.code == PD:
-        return gains[1] * (gains[0] - theta) - gains[2] * theta_dot
-    if drive.code == SINE_OF_TIME:
-        return gains[0] * np.sin(gains[1] * clock)
-    if drive.code == SINE_OF_SQRT_TIME:
-        return gains[0] * np.sin(gains[1] * np.sqrt(clock))
-    return table_torques(drive, time)
+    torques = np.empty(theta.shape)
+    joints = zip(drive.gains, drive.table_torque, theta.T, theta_dot.T, strict=True)
+    for joint, (gains, table, *moving) in enumerate(joints):
+        law = drive.code, gains, drive.table_time, table
+        torques[:, joint] = joint_torque(*law, time, *moving)
+    return torques
 
 
 def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:

@@ -60,14 +60,49 @@ def solve(solver: Any, system: Any, settings: Any) -> bool:
 class System:
     """An assembled system: states in, mass matrix and right-hand side out.
 
-    size: of its coordinates, all of one node; objects: made of the node's number, numbered from 0.
+    size: of its coordinates.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.container = exudyn.SystemContainer()
+        self.system = self.container.AddSystem()
+
+    def assemble(self, solver: Any, settings: Any) -> None:
+        """Assemble what was added, for a solver."""
+        self.system.Assemble()
+        self.settings, self.solver = settings, solver
+        solver.InitializeSolver(self.system, settings)
+
+    def put(self, q: np.ndarray, v: np.ndarray, t: float = 0.0) -> None:
+        """Put the system into a state at a time [s]."""
+        data = self.system.systemData
+        for configuration in (INITIAL, CURRENT):
+            data.SetTime(t, configuration)
+            data.SetODE2Coordinates(q, configuration)
+            data.SetODE2Coordinates_t(v, configuration)
+
+    def mass_matrix(self) -> np.ndarray:
+        """M of the state, shape (size, size)."""
+        self.solver.ComputeMassMatrix(self.system)
+        return np.array(self.solver.GetSystemMassMatrix())
+
+    def right_hand_side(self) -> np.ndarray:
+        """M q'' of the state without constraints' reactions, shape (size,)."""
+        self.solver.ComputeODE2RHS(self.system)
+        return np.array(self.solver.GetSystemResidual())[: self.size]
+
+
+class NodeSystem(System):
+    """A system whose coordinates are all of one node.
+
+    objects: made of the node's number, numbered from 0.
     """
 
     def __init__(
         self, size: int, objects: Callable[[int], Sequence[Any]], sensors: Sequence[Any] = ()
     ) -> None:
-        self.container = exudyn.SystemContainer()
-        self.system = self.container.AddSystem()
+        super().__init__(size)
         node = self.system.AddNode(
             items.NodeGenericODE2(
                 referenceCoordinates=[0.0] * size,
@@ -80,31 +115,10 @@ class System:
             self.system.AddObject(each)
         for each in sensors:
             self.system.AddSensor(each)
-        self.system.Assemble()
-        self.settings = _settings()
-        self.solver = exudyn.MainSolverExplicit()
-        self.solver.InitializeSolver(self.system, self.settings)
-
-    def put(self, q: np.ndarray, v: np.ndarray) -> None:
-        """Put the system into a state at time 0."""
-        data = self.system.systemData
-        for configuration in (INITIAL, CURRENT):
-            data.SetTime(0.0, configuration)
-            data.SetODE2Coordinates(q, configuration)
-            data.SetODE2Coordinates_t(v, configuration)
-
-    def mass_matrix(self) -> np.ndarray:
-        """M of the state, shape (size, size)."""
-        self.solver.ComputeMassMatrix(self.system)
-        return np.array(self.solver.GetSystemMassMatrix())
-
-    def right_hand_side(self) -> np.ndarray:
-        """M q'' of the state, shape (size,)."""
-        self.solver.ComputeODE2RHS(self.system)
-        return np.array(self.solver.GetSystemResidual())
+        self.assemble(exudyn.MainSolverExplicit(), _settings())
 
 
-class Engine(System):
+class Engine(NodeSystem):
     """Bodies of an arm under a force: also advanced states out.
 
     force: the generalized forces on the tree, which calls it itself: a connector beside the tree

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crosscheck.models.exudyn.engine import (
-    System,
+    NodeSystem,
     TreePart,
     UserFunction,
     build_tree,
@@ -56,14 +56,8 @@ class ExudynRobot(RobotModel):
         parts = [self._link(number) for number in range(len(robot.joints))]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         springs = robot.mesh_coordinates if level == "geared" else 0
-        follows = np.zeros((len(parts), len(parts)))
-        for number, joint in enumerate(robot.joints):
-            if joint.mimic is None:
-                follows[number, number] = 1.0
-            else:
-                follows[number, joint.mimic.joint] = joint.mimic.multiplier
-        rows = np.hstack([follows[:, free], np.zeros((len(parts), springs))])
-        offsets = [0.0 if joint.mimic is None else joint.mimic.offset for joint in robot.joints]
+        factors, offsets = robot.joint_map
+        rows = np.hstack([factors, np.zeros((len(parts), springs))])
         motors = [{joint: 1.0} for joint in free]  # of each torque, what it is in the tree
         added, rotor_meshes = np.zeros(len(parts)), list[tuple[int, RotorMesh]]()
         for rotor in robot.rotors:
@@ -132,11 +126,11 @@ class ExudynRobot(RobotModel):
         size = len(parts)
         self._parts = parts
         sensors = self._sensors()
-        self._heavy = System(
+        self._heavy = NodeSystem(
             size, lambda node: _tree(node, parts, robot.gravity, diagonal), sensors
         )
-        self._weightless = System(size, lambda node: _tree(node, parts, np.zeros(3), diagonal))
-        self._elastic = System(
+        self._weightless = NodeSystem(size, lambda node: _tree(node, parts, np.zeros(3), diagonal))
+        self._elastic = NodeSystem(
             size,
             lambda node: _tree(
                 node,
@@ -240,7 +234,7 @@ class ExudynRobot(RobotModel):
             measure = self._heavy.system.GetSensorValues
             yield [[np.array(measure(first + kind)) for kind in range(kinds)] for first in every]
 
-    def _holding_forces(self, system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def _holding_forces(self, system: NodeSystem, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Generalized forces against which nothing in a system accelerates (states, n)."""
         forces = []
         for at, rate in zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True):

@@ -13,7 +13,7 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.drive import torques_along
-from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive, expand_to_joints
+from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.arm_model import ArmModel
@@ -133,9 +133,7 @@ class PinocchioLinks(PinocchioArm):
         """Coordinates and rates (times, n) at the given times [s]. Raises Diverged."""
         from scipy.integrate import solve_ivp  # a third of a second, for runs alone
 
-        start, joints = self.scenario.start, len(self.arm.joints)
-        given = start.theta_rad, start.theta_dot_rad_per_s
-        state = np.concatenate([expand_to_joints(each, joints) for each in given])
+        state = np.concatenate(self.start())
         states = np.empty((len(time), len(state)))
         self._evaluations = 0
         for begin, end in pairwise(self._smooth_pieces(time[-1])):

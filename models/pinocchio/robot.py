@@ -79,14 +79,8 @@ class PinocchioRobot(RobotModel):
         self._given = np.zeros((self._tree.nv, len(free) + springs))  # G
         motors = np.zeros((len(free), self._tree.nv))  # efforts in the tree, per torque
         self._meshes: list[MeshConnection] = []
-        for place, joint in zip(places, robot.joints, strict=True):
-            if joint.mimic is None:
-                number = free.index(robot.joints.index(joint))
-                self._given[place, number] = motors[number, place] = 1.0
-        for place, joint in zip(places, robot.joints, strict=True):
-            if joint.mimic is not None:
-                self._given[place] = joint.mimic.multiplier * self._given[places[joint.mimic.joint]]
-                self._offset[place] = joint.mimic.offset
+        self._given[places, : len(free)], self._offset[places] = robot.joint_map
+        motors[range(len(free)), [places[joint] for joint in free]] = 1.0
         for rotor_joint, rotor in zip(rotors, bodies, strict=True):
             place, column = self._tree.joints[rotor_joint].idx_v, len(free) + len(self._meshes)
             self._given[place] = rotor.ratio * self._given[places[rotor.joint]]

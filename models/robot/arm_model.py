@@ -13,6 +13,7 @@ from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.robot.planar import build_level_robots
+from crosscheck.models.robot.start import start_state
 
 if TYPE_CHECKING:
     from crosscheck.models.robot.robot import Level, Robot
@@ -48,3 +49,8 @@ class ArmModel(Model):
         free = self.switches.planets == "free"
         stages = [replace(stage, has_free_planets=free) for stage in robot.stages]
         return replace(robot, stages=tuple(stages)), level
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (n,) of the scenario's start, which are the robot's."""
+        q, v = start_state(*self.find_robot(), self.scenario)
+        return q[self._back], v[self._back]

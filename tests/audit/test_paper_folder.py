@@ -31,7 +31,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.provenance import ROOT
-from crosscheck.trial.input.loading import load_robot_equations
+from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.result import Trial
 from tests.loops import require_items
 
@@ -128,7 +128,7 @@ def test_the_missing_term_is_named_and_is_what_first_principles_ask(audit):
     assert {entry.part for entry in audit.trial.diagnosis.entries} == {"bias", "acceleration"}
     assert any(line.startswith("bias[waist] of hands'^2: missing") for line in audit.lines)
     q, v = np.array([0.4, 0.9]), np.array([1.7, -2.3])
-    printed = load_robot_equations(f"{ACROBOT / 'equations.py'}:model", audit.trial.problem.robot)
+    printed = load_equations(f"{ACROBOT / 'equations.py'}:model", audit.trial.problem.robot)
     off = printed.bias(q, v) - _bias_by_dalembert(q, v)
     np.testing.assert_allclose(off, [0.0, -0.5 * np.sin(q[1]) * v[0] ** 2], atol=1e-13)
 

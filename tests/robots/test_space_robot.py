@@ -12,7 +12,7 @@ from crosscheck.models.mechanism import find_section, select_mechanism
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_model
-from crosscheck.trial.input.loading import load_robot_equations
+from crosscheck.trial.input.loading import load_equations
 from tests.loops import require_items
 from tests.robots.trials import run_robot_trial
 
@@ -69,7 +69,7 @@ def test_settings_reach_the_robot():
 def test_equations_of_a_space_robot_are_on_trial(name):
     """By hand: H, bias, and accelerations by the generalized inertia matrix; and two errors."""
     own = load_robot(str(SPACE / "space-arm.toml"))
-    equations = load_robot_equations(f"{SPACE / 'equations.py'}:{name}", own)
+    equations = load_equations(f"{SPACE / 'equations.py'}:{name}", own)
     trial = run_robot_trial(equations, own)
     assert trial.agrees == (name == "equations")
     assert "motors: at joint_1, joint_2 alone" in trial.scope

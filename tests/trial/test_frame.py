@@ -125,7 +125,6 @@ MAPS = {
 def test_curved_maps(found_by):
     """However the derivatives come about, they are the same."""
     frame, exact = build_frame(MAPS[found_by], PAPER), build_frame(MAPS["sympy"], PAPER)
-    assert frame.jacobian_source == found_by
     assert frame.matrix is None
     for seed in range(10):
         x, u = states(frame, seed)
@@ -138,7 +137,9 @@ def test_curved_maps(found_by):
 
 
 def test_a_function_that_drops_imaginary_parts_is_seen():
-    assert build_frame(Coordinates(function=cast), PAPER).jacobian_source == "differences"
+    frame = build_frame(Coordinates(function=cast), PAPER)
+    x, _ = states(frame, 0)
+    np.testing.assert_allclose(frame.jacobian(x), slopes(x), rtol=1e-12, atol=1e-13)
 
 
 def test_a_straight_function_is_a_matrix():

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.files import list_leaf_values
 from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
 from crosscheck.trial.input.equations import Equations
@@ -41,16 +42,9 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
 
     levels = dict.fromkeys((level, *problem.levels))
     right = {each: _ask_reference(problem, each) for each in levels}
-    return AnswerKey(bind, right, frame.names, frozenset(_list_numbers(arm.model_dump())), build)
-
-
-def _list_numbers(value: Any) -> Iterator[float]:
-    """The numbers of an arm, or of a part of one, as its file has them."""
-    if isinstance(value, dict | list | tuple):
-        for each in value.values() if isinstance(value, dict) else value:
-            yield from _list_numbers(each)
-    elif isinstance(value, float):
-        yield value
+    values = list_leaf_values(arm.model_dump(mode="json"))
+    numbers = frozenset(each for each in values if isinstance(each, float))
+    return AnswerKey(bind, right, frame.names, numbers, build)
 
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:

@@ -26,25 +26,21 @@ def name_entry(wrong: EntryMismatch, names: Sequence[str], causes: Sequence[str]
 
 def describe_entries(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
     """Errors, one line each, however many entries they appear in; those explained first."""
-    yield from map(_describe_group, _group_entries(wrong, explained=True))
+    yield from _describe_groups(wrong, explained=True)
     yield from describe_entry_notes(wrong)
 
 
 def describe_unexplained(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
     """Entries that no change of their terms explains, one line for those that are alike."""
-    yield from map(_describe_group, _group_entries(wrong, explained=False))
+    yield from _describe_groups(wrong, explained=False)
 
 
-def _group_entries(wrong: Sequence[EntryMismatch], *, explained: bool) -> list[list[EntryMismatch]]:
-    groups = group_by_errors([each for each in wrong if not each.notes])
-    return [group for group in groups if bool(group[0].explanation) == explained]
-
-
-def _describe_group(group: Sequence[EntryMismatch]) -> str:
+def _describe_groups(wrong: Sequence[EntryMismatch], *, explained: bool) -> Iterator[str]:
     """Entries with the same error: what is wrong in the first one, and where else it is."""
-    first, *others = group
-    also = f"; also in {', '.join(each.name for each in others)}" if others else ""
-    return f"{first.name}: {first.cause}{also}"
+    for first, *others in group_by_errors([each for each in wrong if not each.notes]):
+        if bool(first.explanation) == explained:
+            also = f"; also in {', '.join(each.name for each in others)}" if others else ""
+            yield f"{first.name}: {first.cause}{also}"
 
 
 def describe_point_masses(points: Sequence[str]) -> str:

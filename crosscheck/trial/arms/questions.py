@@ -9,7 +9,7 @@ fails is asked no more.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.analytic.robot.model import multiply
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
@@ -100,7 +101,7 @@ class TransformedModel:
         if quantity == "bias":
             return self.bias_at(x)(u)
         if quantity == "rate_terms":
-            return rate_terms(self.bias_at(x), x.shape[1], self._find_steps(x))
+            return rate_terms(self.bias_at(x), self._find_steps(x))
         if quantity == "gravity":
             return self.gravity(x)
         return self.force_at(states) if quantity == "force" else self.acceleration_at(states)
@@ -119,11 +120,11 @@ class TransformedModel:
 
         def compute_bias(u: np.ndarray) -> np.ndarray:
             u = np.broadcast_to(u, x.shape)
-            bias = _ask(self.model, "bias", q, _multiply(jacobians, u))
+            bias = _ask(self.model, "bias", q, multiply(jacobians, u))
             if mass is not None:
                 drift = np.array([self.frame.drift(*each) for each in zip(x, u, strict=True)])
-                bias = bias + _multiply(mass, drift)
-            return _multiply(jacobians.swapaxes(1, 2), bias)
+                bias = bias + multiply(mass, drift)
+            return multiply(jacobians.swapaxes(1, 2), bias)
 
         return compute_bias
 
@@ -131,7 +132,7 @@ class TransformedModel:
         """f_x = J^T f, shape (states, n)."""
         force = _ask_at(self.weightless or self.model, "generalized_force", states)
         jacobians = self._list_jacobians(np.array([state.x for state in states]))
-        return _multiply(jacobians.swapaxes(1, 2), force)
+        return multiply(jacobians.swapaxes(1, 2), force)
 
     def gravity(self, x: np.ndarray) -> np.ndarray:
         """g_x = J^T g, shape (states, n): what the force lacks with weights, at rest."""
@@ -141,7 +142,7 @@ class TransformedModel:
         without, whole = (
             _ask(model, "generalized_force", *at_rest) for model in (self.weightless, self.model)
         )
-        return _multiply(jacobians.swapaxes(1, 2), without - whole)
+        return multiply(jacobians.swapaxes(1, 2), without - whole)
 
     def acceleration_at(self, states: Sequence[UserState]) -> np.ndarray:
         """x'' of q'' = J x'' + J' u, shape (states, n)."""
@@ -174,12 +175,6 @@ def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
 def _ask_at(model: Model, method: str, states: Sequence[UserState]) -> np.ndarray:
     """The same of a method of time and state."""
     return _ask(model, method, *(np.array([state[k] for state in states]) for k in (0, 3, 4)))
-
-
-def _multiply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Products (states, n) of matrices (states, n, n) and vectors (states, n)."""
-    products: np.ndarray = (matrices @ vectors[..., None])[..., 0]
-    return products
 
 
 def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
@@ -225,21 +220,14 @@ class StateQuestion(SelfKeyedTask):
             drawn = draw_states(model.frame, self.case, self.count, self.seed)
             states = drawn[: self.first]
             source = model.repeated_equations if again else model.supplied
-            for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
-                answers.append(answer)
+            pairs = list(zip(states, [*states[1:], states[0]], strict=True))
+            for state, other in pairs[:: -1 if again else 1]:
+                answers.append(QUESTIONS[self.quantity](source, state, other.u))
         except BadAnswer as error:
             return describe_failure(error) if answers else error
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return describe_failure(error)
         return np.array(answers[:: -1 if again else 1])
-
-
-def generate_answers(
-    source: SuppliedEquations, quantity: str, states: Sequence[UserState], order: int = 1
-) -> Iterator[np.ndarray]:
-    """Answer a quantity state by state; with order -1 the last state comes first."""
-    for state, other in list(zip(states, [*states[1:], states[0]], strict=True))[::order]:
-        yield QUESTIONS[quantity](source, state, other.u)
 
 
 # At a state, and with an acceleration (n,) where one is needed: the rates of another state.
@@ -248,7 +236,7 @@ Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-    return rate_terms(partial(source.bias, state.x), state.x.size, steps)
+    return rate_terms(partial(source.bias, state.x), steps)
 
 
 def _christoffel(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -346,11 +334,6 @@ class VerificationProblem:
     def names(self) -> Sequence[str]:
         """Names of the coordinates."""
         return self.frame.names
-
-    @property
-    def joint_names(self) -> list[str]:
-        """Names of the joints, as drive may state them."""
-        return [f"theta_{number + 1}" for number in range(len(self.case.arm.joints))]
 
     @property
     def description(self) -> tuple[str, ...]:

@@ -92,7 +92,6 @@ def _build_sympy_frame(
     return Frame(
         layout,
         names,
-        "sympy",
         position=lambda x: _convert_answer(value(x, x), (n,), "function", x),
         slopes=lambda x: _convert_answer(slopes(x, x), (n, n), "function's jacobian", x),
         drift=lambda x, u: _convert_answer(along(x, u), (n,), "function's second derivative", x),
@@ -125,18 +124,15 @@ def build_velocity_frame(
         raise InputError(WHERE, "velocities", None, reason)
 
     def slopes(q: np.ndarray) -> np.ndarray:
-        raw = _call_user_function(velocities, "velocities", q)
-        matrix = _convert_answer(raw, (n, n), "velocities", q)
+        matrix = _call_user_function(velocities, "velocities", q, (n, n))
         frames.require_invertible(matrix, "velocities", q)
         return np.linalg.inv(matrix)
 
     def drift(q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        rates = slopes(q) @ u
-        size = float(np.abs(rates).max()) or 1.0
-        return size * _certain_derivative(1, lambda at: slopes(at) @ u, q, rates / size)
+        return _certain_derivative(1, lambda at: slopes(at) @ u, q, slopes(q) @ u)
 
     slopes(np.zeros(n))
-    return Frame(layout, names, "given", position=np.copy, slopes=slopes, drift=drift)
+    return Frame(layout, names, position=np.copy, slopes=slopes, drift=drift)
 
 
 def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
@@ -144,17 +140,14 @@ def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: st
     names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
 
     def function(x: np.ndarray) -> np.ndarray:
-        return _convert_answer(
-            _call_user_function(user_function, "function", x), (n,), f"function, for {count}", x
-        )
+        return _call_user_function(user_function, "function", x, (n,), f", for {count}")
 
     difference_frame = Frame(
         layout,
         names,
-        "differences",
         position=function,
         slopes=lambda x: _difference_jacobian(function, x),
-        drift=lambda x, u: _curvature(function, x, u),
+        drift=lambda x, u: _certain_derivative(2, function, x, u),
     )
     if given is None:
         return _build_complex_frame(difference_frame, user_function) or difference_frame
@@ -163,13 +156,10 @@ def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: st
         raise InputError(WHERE, "jacobian", None, reason)
 
     def slopes(x: np.ndarray) -> np.ndarray:
-        return _convert_answer(
-            _call_user_function(given, "jacobian", x), (n, n), f"jacobian, for {count}", x
-        )
+        return _call_user_function(given, "jacobian", x, (n, n), f", for {count}")
 
     return replace(
         difference_frame,
-        jacobian_source="given",
         slopes=slopes,
         drift=lambda x, u: _jacobian_drift(lambda y, w: slopes(y) @ w, x, u),
     )
@@ -190,7 +180,6 @@ def _build_complex_frame(frame: Frame, user_function: Any) -> Frame | None:
 
     candidate = replace(
         frame,
-        jacobian_source="complex step",
         slopes=slopes,
         drift=lambda x, u: _jacobian_drift(forward, x, u),
     )
@@ -215,24 +204,17 @@ def _difference_jacobian(function: Vector, x: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """The second derivative (n,) of the function along u."""
-    size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain_derivative(2, function, x, u / size)
-
-
 def _jacobian_drift(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Derivative (n,) of J u along u, at fixed u; forward(x, u): J u."""
-    size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain_derivative(
-        1, lambda y: forward(y, u / size), x, u / size, "second derivative"
-    )
+    return _certain_derivative(1, lambda y: forward(y, u), x, u, "second derivative")
 
 
 def _certain_derivative(
-    order: int, function: Vector, x: np.ndarray, unit: np.ndarray, what: str = ""
+    order: int, function: Vector, x: np.ndarray, along: np.ndarray, what: str = ""
 ) -> np.ndarray:
-    """A derivative (n,) of the function along a line. Raises InputError where it is not certain."""
+    """A derivative (n,) of the function along a vector. Raises InputError unless it is certain."""
+    size = float(np.abs(along).max()) or 1.0
+    unit = along / size
 
     def curve(s: float) -> np.ndarray:
         try:
@@ -248,19 +230,25 @@ def _certain_derivative(
             f"its {what} is not to be found at x = {format_vector(x)}; give a sympy Matrix of it"
         )
         raise InputError(WHERE, "function", None, reason)
-    return derivatives
+    return size**order * derivatives
 
 
 def _call_user_function(
-    user_function: Callable[[np.ndarray], Any], what: str, x: np.ndarray
-) -> Any:
+    user_function: Callable[[np.ndarray], Any],
+    what: str,
+    x: np.ndarray,
+    shape: tuple[int, ...],
+    more: str = "",
+) -> np.ndarray:
+    """The numbers of a user's answer; more: words on those that are expected. Raises InputError."""
     try:
-        return user_function(x.copy())
+        raw = user_function(x.copy())
     except BaseException as error:  # the user's own code
         if was_stopped():
             raise
         reason = f"raises {type(error).__name__}: {error}, at x = {format_vector(x)}"
         raise InputError(WHERE, what, None, reason) from error
+    return _convert_answer(raw, shape, what + more, x)
 
 
 def _convert_answer(raw: Any, shape: tuple[int, ...], what: str, x: np.ndarray) -> np.ndarray:

@@ -53,16 +53,14 @@ def derivative(curve: Curve, order: int) -> tuple[np.ndarray, np.ndarray]:
     return best, uncertain
 
 
-def rate_terms(
-    bias: Callable[[np.ndarray], np.ndarray], n: int, steps: np.ndarray | None = None
-) -> np.ndarray:
+def rate_terms(bias: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:
     """B (n, n, n): bias_i = sum over j <= k of B[i, j, k] u_j u_k; zeros below the diagonal.
 
     Exactly, from the bias at unit rates: what a pair of them adds to what each has alone. Rates
-    are in proportion to steps (n,), if given, since in different units a pair's share may vanish.
+    are in proportion to steps (n,), since in different units a pair's share may vanish.
     A bias at many states (states, n), with steps for each (states, n), has B (states, n, n, n).
     """
-    rates = np.ones(n) if steps is None else 2.0 ** np.round(np.log2(steps / TURN_RAD))
+    rates, n = 2.0 ** np.round(np.log2(steps / TURN_RAD)), steps.shape[-1]
     units = [rates * unit for unit in np.eye(n)]
     alone = [bias(unit) for unit in units]
     terms = np.zeros((*alone[0].shape, n, n))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -19,7 +18,6 @@ WORST_CONDITION = 1e12  # largest condition number of J with scaled rows and col
 TRIES = 40
 MOST_HALVED = 20
 PLACED = 1e-9  # accuracy of a state found for given q, before it is polished
-JacobianSource = Literal["linear", "sympy", "given", "complex step", "differences"]
 Vector = Callable[[np.ndarray], np.ndarray]
 Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -28,14 +26,13 @@ Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class Frame:
     """The map from x (n,), called ``names``, to the coordinates q (n,) of ``layout``.
 
-    position(x): q. slopes(x): dq/dx (n, n); jacobian_source: where it comes from. drift(x, u): J' u
+    position(x): q. slopes(x): dq/dx (n, n). drift(x, u): J' u
     (n,) at rates u = x', what q'' has beside J x''. They raise InputError where they find none.
     matrix: where the map is linear, q = matrix @ x.
     """
 
     layout: Layout
     names: tuple[str, ...]
-    jacobian_source: JacobianSource
     position: Vector
     slopes: Vector
     drift: Along
@@ -102,7 +99,6 @@ def build_linear_frame(layout: Layout, names: tuple[str, ...], matrix: np.ndarra
     return Frame(
         layout,
         names,
-        "linear",
         position=lambda x: matrix @ x,
         slopes=lambda x: matrix.copy(),
         drift=lambda x, u: np.zeros(len(names)),

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.checks.robot_states import RandomStates
-from crosscheck.models.arm.layout import Coordinate, Layout
+from crosscheck.models.arm.layout import make_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.coordinates.curved import (
@@ -93,7 +93,7 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
     if coordinates.order and sorted(coordinates.order) != sorted(joint_names):
         reason = f"must be all of {', '.join(joint_names)}, each once"
         raise InputError(where, "coordinates.order", list(coordinates.order), reason)
-    layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
+    layout = make_layout([False] * size)
     names = tuple(f"x_{number + 1}" for number in range(size))
     if coordinates.velocities is not None:
         if coordinates != replace(usual, velocities=coordinates.velocities):
@@ -127,7 +127,7 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
 def build_robot_frame(coordinates: Coordinates, robot: Robot) -> Frame:
     """The map of a user's coordinates, also where they are the joints' own. Raises InputError."""
     size = len(robot.coordinates)
-    layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
+    layout = make_layout([False] * size)
     identity = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size))
     return read_frame(coordinates, robot, "coordinates") or identity
 

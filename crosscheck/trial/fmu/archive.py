@@ -19,7 +19,7 @@ from pydantic import Field
 
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError, describe_error, format_install_command
-from crosscheck.models.files import read_toml
+from crosscheck.models.files import format_toml_fields, read_toml
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.mechanism import Mechanism
@@ -277,23 +277,16 @@ def draft_mapping(name: str, description: FmuDescription) -> str:
         )
         raise InputError(name, "", None, reason)
     runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
+    fields = "\n".join(format_toml_fields({"q": [*q], "v": [*v], "torque": [*description.inputs]}))
     return (
         f"# Written by crosscheck trial --ask, from what {name} says of itself: check every name.\n"
         "# Coordinates in their order, their rates, and the drive's torques on the output side.\n"
-        f"q = {_format_list(q)}\n"
-        f"v = {_format_list(v)}\n"
-        f"torque = {_format_list(description.inputs)}\n"
-        "\n"
+        f"{fields}\n\n"
         '# What q are: gearing = "rigid", "lumped" or "free"; links = "relative" or "absolute";\n'
         '# gears = "displacements" or "angles"; or matrix = [[1, 0], [0, 1]].\n'
         'gearing = "rigid"\n'
         'links = "relative"\n' + runs * (description.kind == "co-simulation")
     )
-
-
-def _format_list(names: tuple[str, ...]) -> str:
-    quoted = ('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
-    return f"[{', '.join(quoted)}]"
 
 
 class MappingFile(CoordinatesFile):

@@ -19,8 +19,9 @@ from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any, get_args
 
 import crosscheck
+from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError, describe_type
+from crosscheck.models.errors import InputError, describe_error, describe_type
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.report.formatting import list_first
@@ -49,17 +50,19 @@ SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused", "find_
 Maker = Callable[..., Any]
 
 
-def load_equations(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
-    """The equations that a user names, with the numbers of an arm.
+def load_equations(text: str, mechanism: Any, scenario: Scenario | None = None) -> Equations:
+    """The equations that a user names, with the numbers of an arm or of a robot.
 
     text: ``file.py:name`` or ``package.module:name``; the name is of Equations, of an object with
     functions called like theirs, or of a function or class that takes none, one or both of arm and
-    scenario and gives either. Raises InputError for whatever is wrong with it, in one line.
+    scenario, or a robot, and gives either. Raises InputError for whatever is wrong with it, in one
+    line.
     """
-    _, _, folder = _parse_location(text)
-    with track_foreign_code(text):
-        find_code = partial(find_named_code, text)
-        return build_equations(import_object(text), arm, scenario, text, folder, find_code)
+    build = supply("build_equations", mechanism.section)
+    with run_user_code(text):
+        given = import_object(text), mechanism, scenario, text
+        equations: Equations = build(*given, find_code=partial(find_named_code, text))
+    return equations
 
 
 def find_named_code(text: str) -> UserCode | None:
@@ -122,14 +125,13 @@ def build_equations(
     arm: Arm,
     scenario: Scenario | None,
     where: str,
-    folder: Path | None = None,
     find_code: Callable[[], UserCode | None] | None = None,
 ) -> Equations:
     """Equations out of what a user gave, see handed_over.
 
-    folder: the one that the code is in; find_code: finds it, of an object that is named.
+    find_code: finds the code of an object that is named, by ``where``.
     """
-    beside = (folder or Path.cwd()).resolve()
+    beside = _parse_location(where)[2] if find_code else Path.cwd().resolve()
     if not _is_factory(source):
         extracted = extract_equations(source, where)
         extracted = replace(extracted, find_code=find_code) if find_code else extracted
@@ -159,13 +161,6 @@ def build_equations(
         )
 
     return rebuild(arm, scenario)
-
-
-def load_robot_equations(text: str, robot: Robot, scenario: Scenario | None = None) -> Equations:
-    """The equations of a robot that a user names, see handed_over. Raises InputError."""
-    with run_user_code(text):
-        find_code = partial(find_named_code, text)
-        return build_robot_equations(import_object(text), robot, scenario, text, find_code)
 
 
 def build_robot_equations(
@@ -285,20 +280,11 @@ def _translate_errors(where: str, folder: Path) -> Iterator[None]:
     except BaseException as error:
         if was_stopped():
             raise
-        reason = f"raises {format_error(error)}{format_error_line(error, folder)}"
+        words, place = describe_error(error), format_error_line(error, folder)
+        if isinstance(error, AttributeError) and isinstance(error.obj, Robot):
+            words += "; a robot has bodies, joints, rotors, stages and gravity"
+        reason = f"raises {words}{place}"
         raise InputError(where, "", None, reason) from error
-
-
-def format_error(error: BaseException) -> str:
-    """The error's class, and what it says if it says anything."""
-    name = type(error).__name__
-    try:
-        text = str(error)
-    except Exception:  # a class of the user's own, whose text fails too
-        text = ""
-    if isinstance(error, AttributeError) and isinstance(error.obj, Robot):
-        text += "; a robot has bodies, joints, rotors, stages and gravity"
-    return f"{name}: {text}" if text else name
 
 
 def format_error_line(error: BaseException, folder: Path) -> str:

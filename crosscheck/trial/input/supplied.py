@@ -126,8 +126,7 @@ class SuppliedEquations:
 def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     """The equations, bound to an arm and in a frame of it. Raises InputError."""
     calls = make_named_calls(equations)
-    names = [f"theta_{number + 1}" for number in range(len(arm.joints))]
-    motors = find_motors(equations, calls, names)
+    motors = find_motors(equations, calls, arm.coordinate_names)
     motor_calls = add_motors(calls, equations, motors)
     has = set(calls)
     if has & {"coriolis", "inverse_dynamics"}:

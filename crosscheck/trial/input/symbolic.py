@@ -182,17 +182,14 @@ def replace_symbols(symbolic: Symbolic, arm: Arm) -> Symbolic:
         name: express_in_arm_symbols(matrix, variables, symbolic.values, arm, f"{WHERE}: {name}")
         for name, matrix in _parts(symbolic).items()
     }
-    return replace(symbolic, values={}, torque=_torque_by_joint(symbolic, arm), **parts)
-
-
-def _torque_by_joint(symbolic: Symbolic, arm: Arm) -> tuple[sp.Symbol, ...]:
-    """A symbol for each joint's torque; none for equations without any. Raises InputError."""
-    return _torque_by_name(symbolic, [f"theta_{n + 1}" for n in arm.motors], arm.motors)
+    torque = _torque_by_name(symbolic, arm.coordinate_names, arm.motors)
+    return replace(symbolic, values={}, torque=torque, **parts)
 
 
 def _torque_by_name(
     symbolic: Symbolic, names: Sequence[str], motors: Sequence[int]
 ) -> tuple[sp.Symbol, ...]:
+    """A symbol for each joint's torque; none for equations without any. Raises InputError."""
     count = len(symbolic.torque)
     if symbolic.drive is not None:
         motors = parse_motors(symbolic.drive, names)

@@ -37,13 +37,10 @@ def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
 
 def _steps(robot: Robot) -> np.ndarray:
     """By which each coordinate changes: no joint that follows it turns further than TURN_RAD."""
-    steps = []
-    for number in robot.coordinates:
-        followers = [j for j in robot.joints if j.mimic is not None and j.mimic.joint == number]
-        turned = 1.0 + sum(abs(j.mimic.multiplier) for j in followers if j.mimic is not None)
-        is_turning = robot.joints[number].kind == "revolute" or followers
-        steps.append((TURN_RAD if is_turning else SHIFT_M) / (turned if followers else 1.0))
-    return np.array(steps)
+    factors = np.abs(robot.joint_map[0])
+    slides = np.isin(np.arange(factors.shape[1]) + 1, robot.slides)
+    is_alone = np.count_nonzero(factors, axis=0) == 1
+    return np.where(slides & is_alone, SHIFT_M, TURN_RAD) / factors.sum(axis=0)
 
 
 def compare_with_itself(

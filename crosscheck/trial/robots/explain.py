@@ -29,6 +29,7 @@ from crosscheck.trial.judge.entries import (
     EntryPlace,
     LevelDistance,
     describe_entry_notes,
+    format_rates,
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
@@ -76,7 +77,12 @@ def diagnose(
     if (
         not explanations
         and problem.equations.has_open_angles
-        and _is_nearer_absolute(problem, level)
+        and is_nearer_absolute(
+            problem,
+            level,
+            describe_coordinates(problem.robot),
+            problem.sizes[level].tolerance,
+        )
     ):
         return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
     wrong = _wrong_parts(entries)
@@ -194,13 +200,6 @@ def _select_levels(
     if not alone or ("mass_matrix" in wrong and nearest.entries > 1):
         return list(distances)
     return [each for each in distances if each.entries == nearest.entries]
-
-
-def _is_nearer_absolute(problem: RobotProblem, level: Level) -> bool:
-    """Whether far fewer entries are wrong if angles, of which nothing is stated, are absolute."""
-    joints, tolerance = describe_coordinates(problem.robot), problem.sizes[level].tolerance
-    is_open = problem.equations.has_open_angles
-    return is_open and is_nearer_absolute(problem, level, joints, tolerance)
 
 
 def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
@@ -384,8 +383,8 @@ def _describe_products(
             wave = _describe_difference(
                 problem, user_products[:, j, k] - reference_products[:, j, k]
             )
-            rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
-            term, words = f"bias[{name}] of {rates}", "; ".join(filter(None, (ratio_text, wave)))
+            term = f"bias[{name}] of {format_rates((j, k), names)}"
+            words = "; ".join(filter(None, (ratio_text, wave)))
             if words:
                 terms_by_words.setdefault(words, []).append(term)
             else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.changes.forms import SIZABLE, format_factor
 from crosscheck.trial.changes.numbers import ALIKE
+from crosscheck.trial.judge.entries import format_rates
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
@@ -26,8 +27,8 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
         torque[:, number] = states.torques[:, number]
         forces[f"the torque of {name}"] = torque
     products = sample_bias_terms(model.bias, states).products
-    for j, k in zip(*np.triu_indices(len(names)), strict=True):
-        rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+    for j, k in combinations_with_replacement(range(len(names)), 2):
+        rates = format_rates((j, k), names)
         forces[rates] = -products[:, :, j, k] * (states.v[:, j] * states.v[:, k])[:, None]
     return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
 

@@ -95,8 +95,6 @@ class RobotProblem:
         """Names of the coordinates: of the joints that move them."""
         return self.robot.coordinate_names
 
-    joint_names = names
-
     def name_level(self, level: str) -> str:
         """The level as reports call it."""
         return ELASTIC if self.stiffness.any() else level

@@ -16,7 +16,8 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
     if "mass_matrix" not in problem.parts:
         return ""
     mass, size = problem.answers.values["mass_matrix"], problem.sizes[level].mass_matrix
-    wrong = _find_wrong_places(problem, level, "mass_matrix")
+    errors = np.abs(problem.relative_errors(level)["mass_matrix"]).max(axis=0)
+    wrong: np.ndarray = ~(errors <= problem.sizes[level].tolerance("mass_matrix"))
     for which, half in (("below", np.tri(len(wrong), k=-1)), ("above", np.tri(len(wrong), k=-1).T)):
         if wrong.any() and not (mass * half).any() and not (wrong & (half == 0)).any():
             return (
@@ -67,10 +68,3 @@ def _join_places(lines: str, chosen: np.ndarray) -> str:
         runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
     line, verb = (lines, "are") if len(numbers) > 1 else (lines[:-1], "is")
     return f"{line} {join_words(runs)} {verb}"
-
-
-def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
-    """Which entries of a part, (n,) or (n, n), differ from a level."""
-    errors = problem.relative_errors(level)[part]
-    wrong: np.ndarray = ~(np.abs(errors).max(axis=0) <= problem.sizes[level].tolerance(part))
-    return wrong

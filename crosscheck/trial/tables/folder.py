@@ -36,13 +36,10 @@ def render_request_files(
 
     folder: where these files will be, as seen from where the options hold.
     """
-    files: dict[str, str | bytes] = {}
-    for request in sheets:
-        files |= _render_tables(request, "")
-    facts = {"stem": "states", "output": "answers", "probes": (), "options": shared_options}
     first = shlex.quote(str(folder / "answers.csv"))
+    facts = {"stem": "states", "output": "answers", "probes": (), "options": shared_options}
     facts |= {"first": first, "files": f"--answers {first}"}
-    return files | _render_texts(trial, sheets, facts)
+    return _render_files(trial, sheets, "", facts)
 
 
 def render_probe_files(
@@ -63,9 +60,8 @@ def render_probe_files(
     shared = {"options": shared_options, "files": words, "probes": list(stems)}
     for (stem, output), request in zip(stems.items(), probes, strict=True):
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
-        files |= _render_tables(request, f"{stem}-")
         facts = shared | {"stem": f"{stem}-states", "output": output}
-        files |= _render_texts(trial, [request], facts)
+        files |= _render_files(trial, [request], f"{stem}-", facts)
     return files
 
 
@@ -108,10 +104,16 @@ def encode_mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
     return MAT_TEXT.ljust(TEXT_LENGTH) + file.getvalue()[TEXT_LENGTH:]
 
 
-def _render_texts(
-    trial: AnsweredTrial, sheets: Sequence[StateRequest], facts: dict[str, Any]
+def _render_files(
+    trial: AnsweredTrial, sheets: Sequence[StateRequest], begins: str, facts: dict[str, Any]
 ) -> dict[str, str | bytes]:
-    """README and templates for each tool, which read the states ``stem`` and write ``output``."""
+    """The states that are asked, README, and templates that read ``stem`` and write ``output``.
+
+    begins: the names of the files of states.
+    """
+    files: dict[str, str | bytes] = {}
+    for sheet in sheets:
+        files |= _render_tables(sheet, begins)
     texts = load_templates("crosscheck.trial.tables", lean=True)
     request, n = sheets[0], len(sheets[0].names)
     parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
@@ -127,7 +129,7 @@ def _render_texts(
         "least_digits": trial.least_digits,
     }
     made = {name: texts.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
-    return {
+    return files | {
         name.replace("answers", facts["output"]): text.rstrip("\n") + "\n"
         for name, text in made.items()
     }

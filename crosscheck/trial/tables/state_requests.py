@@ -92,7 +92,9 @@ class AnsweredTrial(ABC):
         """Equations whose parts are what ``answer`` gives for a Call."""
         made = []
         for again in (False, True):
-            functions: dict[str, Any] = {part: _function(part, again, answer) for part in parts}
+            functions: dict[str, Any] = {
+                part: _make_function(part, again, answer) for part in parts
+            }
             made.append(Equations(coordinates=self.coordinates, level=self.level, **functions))
         first, second = made
         return replace(first, table=AnswerTable(second))
@@ -159,8 +161,9 @@ class TableTrial(AnsweredTrial):
 Answer = Callable[[Call], np.ndarray]
 
 
-def _function(part: str, again: bool, answer: Answer) -> Function:
-    return lambda *arguments: answer(make_call(part, again, *arguments))
+def _make_function(part: str, again: bool, answer: Answer) -> Function:
+    """The function of a part, its arguments in the order of TAKES."""
+    return lambda *given: answer(Call(part, again, tuple(np.hstack(given).tolist())))
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,11 +263,6 @@ def build_request(
     for call, place in row_of.items():
         needed[call.part][place] = True
     return StateRequest(arm, names, columns, first, arguments, needed, row_of)
-
-
-def make_call(part: str, again: bool, *arguments: Any) -> Call:
-    """The call of a part with arguments in the order of TAKES."""
-    return Call(part, again, tuple(np.hstack(arguments).tolist()))
 
 
 def flag_column(part: str) -> str:

@@ -14,30 +14,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Joint, Planetary
-from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque, torques_along
-from crosscheck.models.experiment.scenario import (
-    Scenario,
-    Switches,
-    expand_to_joints,
-    planet_offsets,
-)
+from crosscheck.models.experiment.drive import DriveData, joint_torque, torques_along
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.exudyn.bodies import contact, poses
 from crosscheck.models.exudyn.bodies.contact import ContactMesh, build_contact_mesh
 from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
-from crosscheck.models.exudyn.bodies.stiffness import Spring
-from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
-from crosscheck.models.trajectory import recorded_times, trajectory
+from crosscheck.models.interface import STATE_ABILITIES, require_finite
+from crosscheck.models.robot.arm_model import ArmModel
+from crosscheck.models.trajectory import MESH_VARIABLES, recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 GROUND_STATE = (0.0, 0.0, 0.0)  # pose and velocity of the ground
-
-# Of the largest acceleration or squared rate: a linear solve leaves 1e-12 between equal planets.
-ALIKE_TOLERANCE = 1e-9
 
 
 class GearPair(NamedTuple):
@@ -108,7 +99,7 @@ def build_motor_connector(
     return Connector(moving, force)
 
 
-class ExudynBodies(Model):
+class ExudynBodies(ArmModel):
     """The geared arm in redundant coordinates: three per body, and two constraints per joint.
 
     Coordinates are the paper's (Eq. 20), or those of free planets; a state has all joints closed,
@@ -116,14 +107,13 @@ class ExudynBodies(Model):
     the engine's.
     """
 
-    name = "exudyn:bodies"
+    name, level = "exudyn:bodies", "geared"
     abilities = frozenset({*STATE_ABILITIES, "simulate", "constraint_residual"})
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = geared_layout(arm, self.switches)
         self.stages = poses.build_stages(arm)
         self.poses = poses.PoseMap(arm, self.layout)
         self.meshes = build_gear_pairs(arm, self.switches)
@@ -136,9 +126,8 @@ class ExudynBodies(Model):
     @cached_property
     def driven_engine(self) -> BodyEngine:
         """Engine of the bodies on their joints with meshes, motors, friction and gravity."""
-        law = drive_data(self.scenario, len(self.stages))
         motors = [
-            build_motor_connector(stage, joint, law, place)
+            build_motor_connector(stage, joint, self._drive, place)
             for place, (stage, joint) in enumerate(zip(self.stages, self.arm.joints, strict=True))
         ]
         contacts = [
@@ -184,53 +173,12 @@ class ExudynBodies(Model):
         return driven.right_hand_side() - free.right_hand_side()
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies.
-
-        Raises ArithmeticError should lumped planets not move alike.
-        """
-        turning, rates = self.body_accelerations(t, q, v)[2::3], self.poses.velocity(q, v)[2::3]
-        if not self.layout.free:
-            size = max(abs(turning).max(), (rates**2).max())
-            self.poses.require_alike(turning, ALIKE_TOLERANCE * size + self._rounding(q, v))
-        return self.poses.coordinates(turning)
-
-    def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
-        """Largest change of a planet's acceleration [rad/s^2] by rounding of its meshes' forces."""
-        pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
-        felt = [
-            contact.torque_rounding(
-                mesh, largest, _body_columns(pose, bodies)[0], _body_columns(velocity, bodies)[0]
-            )
-            / inertia
-            for (mesh, bodies), largest, inertia in self._stiffest_pairs
-        ]
-        return max(felt, default=0.0)
-
-    @cached_property
-    def _stiffest_pairs(self) -> list[tuple[GearPair, float, float]]:
-        """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2].
-
-        Lumped planets have the same ones.
-        """
-        entries = []
-        for joint, sides in zip(self.arm.joints, self.meshes, strict=True):
-            for pair, *_ in sides:
-                assert isinstance(joint, Planetary)  # as joints with meshes are
-                mesh = pair.mesh
-                largest = Spring(mesh.kind, mesh.mean, mesh.numbers).largest_stiffness
-                entries.append((pair, largest, poses.gear_inertia(joint, "planet")))
-        return entries
+        """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies."""
+        return self.poses.coordinates(self.body_accelerations(t, q, v)[2::3])
 
     def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
         return self.driven_engine.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
-
-    def joint_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Forces [N] of its revolute joint on every body at t [s], ground frame, (bodies, 2)."""
-        engine, pose = self.driven_engine, self.poses.pose(q)
-        reactions = engine.solve(t, pose, self.poses.velocity(q, v))[1].reshape(-1, 2)
-        sign = np.diag(engine.joint_jacobian()[::2, ::3])  # of its own body in the gap: +1 or -1
-        return -sign[:, None] * reactions
 
     def constraint_residual(
         self, q: np.ndarray, v: np.ndarray, a: np.ndarray, opened: np.ndarray | None = None
@@ -254,37 +202,6 @@ class ExudynBodies(Model):
             engine.place(0.0, pose, velocity)
         gaps, rates = engine.joints(), engine.joints(velocity_level=True)
         return gaps, rates, jacobian @ acceleration + swing
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """q and v at t = 0, shape (n,) each; no mesh slides."""
-        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
-        q, v = np.zeros(len(layout)), np.zeros(len(layout))
-        for place in layout.mesh_joints:
-            self._place_planets(q, place)
-        q[layout.theta] = expand_to_joints(start.theta_rad, joints)
-        v[layout.theta] = expand_to_joints(start.theta_dot_rad_per_s, joints)
-        return q, v
-
-    def _place_planets(self, q: np.ndarray, place: int) -> None:
-        """Set a joint's displacements in ``q`` at the start.
-
-        Every ring mesh touches, and the first of the sun's, or all are centred; then offsets come.
-        """
-        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
-        x_sp, x_pr = (
-            (start.mesh == "contact")
-            * np.array([contact.contact_deflection(pair.mesh) for pair in side])
-            for side in self.meshes[place]
-        )
-        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
-        sun_offset, ring_offset = (expand_to_joints(offset, joints)[place] for offset in offsets)
-        rings = poses.ring_places(layout, place)
-        q[rings] = x_pr[: len(rings)] + ring_offset
-        if layout.free:
-            q[rings] += planet_offsets(start, place, len(rings))
-            q[layout.at("x_s", place)] = (x_pr + x_sp).min() + sun_offset + ring_offset
-        else:
-            q[layout.at("x_sp", place)] = x_sp[0] + sun_offset
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario by the trapezoidal rule at its step, all of it in the engine.
@@ -310,14 +227,13 @@ class ExudynBodies(Model):
             np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
             for values in (pose, velocity, accelerations)
         )
-        drive = drive_data(run, len(self.stages))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=theta_ddot,
-            torque=torques_along(drive, time, theta, theta_dot),
+            torque=torques_along(self._drive, time, theta, theta_dot),
             **self._mesh_records(time, pose, velocity),
             kinetic_energy=energy,
         )
@@ -329,27 +245,13 @@ class ExudynBodies(Model):
         if not self.layout.mesh_joints:
             return {}
         planets = max(len(stage.planets) for stage in self.stages)
-        read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
+        read = np.full((3, 2, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
             for side, toothed in enumerate(sides):
                 for planet, (mesh, bodies) in enumerate(toothed):
                     seen = [_body_columns(values, bodies) for values in (pose, velocity)]
-                    read[side, :, :, joint, planet] = contact.readings(mesh, time, *seen)
-        return {
-            "x_sp": read[0, 0],
-            "x_pr": read[1, 0],
-            "x_sp_dot": read[0, 2],
-            "x_pr_dot": read[1, 2],
-            "F_sp": read[0, 1],
-            "F_pr": read[1, 1],
-        }
-
-    def largest_stable_step(self) -> float:
-        """Largest stable step: inf, as the trapezoidal rule lets no decaying mode grow at any step.
-
-        Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
-        """
-        return float("inf")
+                    read[:, side, :, joint, planet] = contact.readings(mesh, time, *seen)
+        return dict(zip(MESH_VARIABLES, read.reshape(6, *read.shape[2:]), strict=True))
 
 
 def _body_columns(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:

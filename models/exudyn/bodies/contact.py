@@ -28,8 +28,6 @@ from crosscheck.models.exudyn.bodies.stiffness import Spring, build_spring, slop
 from crosscheck.models.numba_cache import njit
 
 Side = Literal["sun", "ring"]
-EPSILON = float(np.finfo(float).eps)
-ROUNDINGS = 10  # roundings in a deflection: poses, line of centres and the turns against it
 PLANET, CARRIER, WHEEL, PREVIOUS = 0, 1, 2, -1  # bodies of a mesh; a ring's wheel is the previous
 
 
@@ -171,11 +169,6 @@ def rounded_dead_zone(gap: float, b: float, sharpness: float) -> float:
     return gap + (above * np.tanh(sharpness * above) - below * np.tanh(sharpness * below)) / 2
 
 
-def contact_deflection(mesh: ContactMesh) -> float:
-    """x [m] at which the teeth touch, on the driving flank and without the error's wave."""
-    return mesh.backlash + mesh.runout
-
-
 @njit(cache=True)
 def gap_of(mesh: ContactMesh, contact: ContactState) -> float:
     """Gap x - e [m] of a mesh (Eq. 14)."""
@@ -308,25 +301,11 @@ push_bodies = mesh_forces.compile(
 
 @njit(cache=True)
 def readings(mesh: ContactMesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
-    """x [m], spring force [N] and x' [m/s], shape (3, times), along t, q and q_t (times, ...)."""
+    """x [m], x' [m/s] and spring force [N], shape (3, times), along t, q and q_t (times, ...)."""
     read = np.empty((3, len(t)))
     for row in range(len(t)):
         contact = contact_state(mesh, t[row], q[row], q_t[row])
         read[0, row] = contact.x
-        read[1, row] = elastic_force(mesh, contact)
-        read[2, row] = contact.x_dot
+        read[1, row] = contact.x_dot
+        read[2, row] = elastic_force(mesh, contact)
     return read
-
-
-def torque_rounding(mesh: ContactMesh, largest: float, q: np.ndarray, q_t: np.ndarray) -> float:
-    """Largest change of the torque on a planet [N m] by rounding of a mesh's deflection and rate.
-
-    largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``contact_state``.
-    """
-
-    def path(values: np.ndarray) -> float:  # a deflection is a small difference of these
-        places, angles = abs(values.reshape(-1, 3)[:, :2]), abs(values[2::3])
-        return float(places.max() + (mesh.wheel_pitch + mesh.planet_pitch) * angles.max())
-
-    force = largest * path(q) + mesh.damping * path(q_t)
-    return ROUNDINGS * EPSILON * mesh.planet_pitch * force

@@ -11,6 +11,7 @@ from crosscheck.models.exudyn.bodies.poses import GROUND, Part, RigidBody
 from crosscheck.models.exudyn.engine import (
     CURRENT,
     INITIAL,
+    System,
     UserFunction,
     exudyn,
     items,
@@ -31,7 +32,7 @@ class Connector(NamedTuple):
     force: UserFunction
 
 
-class BodyEngine:
+class BodyEngine(System):
     """An assembled system: states in; mass, forces, constraints, accelerations or a motion out.
 
     Poses, velocities and accelerations have shape (3 bodies,): x, y [m] and angle [rad] of body
@@ -46,8 +47,7 @@ class BodyEngine:
         gravity: tuple[float, float],
         pose: np.ndarray,
     ) -> None:
-        self.container = exudyn.SystemContainer()
-        self.system = self.container.AddSystem()
+        super().__init__(len(pose))
         self.nodes = [
             self.system.AddNode(items.NodeRigidBody2D(initialCoordinates=coordinates))
             for coordinates in pose.reshape(-1, 3)
@@ -55,11 +55,7 @@ class BodyEngine:
         self._add_bodies(bodies, gravity)
         for connector in connectors:
             self.system.AddObject(_connector(connector, self.nodes))
-        self.system.Assemble()
-        self.settings = _settings()
-        self.solver = exudyn.MainSolverImplicitSecondOrder()
-        self.solver.InitializeSolver(self.system, self.settings)
-        self.size = len(pose)
+        self.assemble(exudyn.MainSolverImplicitSecondOrder(), _settings())
 
     def _add_bodies(self, bodies: Sequence[RigidBody], gravity: tuple[float, float]) -> None:
         """Add the bodies to the system; parts of one body share its node, which welds them."""
@@ -90,22 +86,10 @@ class BodyEngine:
 
     def place(self, t: float, pose: np.ndarray, velocity: np.ndarray) -> None:
         """Put the system into a state; joints carry nothing."""
+        self.put(pose, velocity, t)
         data = self.system.systemData
         for configuration in (INITIAL, CURRENT):
-            data.SetTime(t, configuration)
-            data.SetODE2Coordinates(pose, configuration)
-            data.SetODE2Coordinates_t(velocity, configuration)
             data.SetAECoordinates(np.zeros(len(data.GetAECoordinates())), configuration)
-
-    def mass_matrix(self) -> np.ndarray:
-        """Mass matrix M of the state, shape (3 bodies, 3 bodies)."""
-        self.solver.ComputeMassMatrix(self.system)
-        return np.array(self.solver.GetSystemMassMatrix())
-
-    def right_hand_side(self) -> np.ndarray:
-        """M a of the state without the joints' reactions, shape (3 bodies,)."""
-        self.solver.ComputeODE2RHS(self.system)
-        return np.array(self.solver.GetSystemResidual())[: self.size]
 
     def joints(self, velocity_level: bool = False) -> np.ndarray:
         """Gaps [m], or their rates [m/s], between the joints' two points, shape (2 joints,)."""

@@ -261,11 +261,6 @@ class PoseMap:
         """q (n,) from the bodies' angles (bodies,), or its rates or accelerations from theirs."""
         return self._coordinate_matrix @ turning
 
-    def require_alike(self, turning: np.ndarray, close: float) -> None:
-        """Raise ArithmeticError if lumped planets differ by more than is called close."""
-        if not np.allclose(self.turns @ self.coordinates(turning), turning, rtol=0, atol=close):
-            raise ArithmeticError("equal planets move differently")
-
     def _directions(self, q: np.ndarray) -> np.ndarray:
         return np.exp(1j * (self.turns @ q)[self.links])
 

@@ -15,7 +15,6 @@ from crosscheck.models.numba_cache import njit
 
 SINE, FOURIER, SQUARE, TABLE = 0.0, 1.0, 2.0, 3.0
 PASSES = 70  # each at least halves the slopes' error: the rest is rounding
-SAMPLES_PER_WAVE, SAMPLES_PER_ROW = 64, 16
 
 
 class Spring(NamedTuple):
@@ -29,22 +28,6 @@ class Spring(NamedTuple):
     kind: float
     mean: float
     numbers: np.ndarray
-
-    @property
-    def largest_stiffness(self) -> float:
-        """Largest stiffness [N/m] of fine samples over a period."""
-        if self.kind == SINE:
-            return self.mean + float(self.numbers[0, 0])
-        phases = 2 * np.pi * self._cycles()
-        return max(stiffness_at(self.kind, self.mean, self.numbers, phase) for phase in phases)
-
-    def _cycles(self) -> np.ndarray:
-        if self.kind == TABLE:
-            rows = np.arange(len(self.numbers))
-            fine = np.linspace(0, rows[-1], 1 + SAMPLES_PER_ROW * rows[-1])
-            return np.interp(fine, rows, self.numbers[:, 0])
-        waves = self.numbers[0, 3] if self.kind == SQUARE else len(self.numbers)
-        return np.linspace(0.0, 1.0, 1 + SAMPLES_PER_WAVE * max(int(waves), 1))
 
 
 def build_spring(law: stiffness_laws.StiffnessLaw) -> Spring:

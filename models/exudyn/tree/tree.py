@@ -20,12 +20,7 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import torques_along
-from crosscheck.models.experiment.scenario import (
-    Scenario,
-    Switches,
-    expand_to_joints,
-    planet_offsets,
-)
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.exudyn.engine import Engine
 from crosscheck.models.exudyn.tree import mesh, parts
 from crosscheck.models.exudyn.tree.laws import bounding_law, build_gear_stage, mean_spring
@@ -33,7 +28,7 @@ from crosscheck.models.exudyn.tree.loads import build_joints, build_load_functio
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.robot.arm_model import ArmModel
-from crosscheck.models.trajectory import recorded_times, trajectory
+from crosscheck.models.trajectory import MESH_VARIABLES, recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,30 +103,8 @@ class ExudynTree(ArmModel):
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Tree coordinates and rates at t = 0, shape (bodies,) each; no mesh slides."""
-        start, joints = self.scenario.start, len(self.stages)
-        q, v = np.zeros(len(self.layout)), np.zeros(len(self.layout))
-        for gear in self.gears:
-            self._place_teeth(gear, q)
-        q[self.layout.theta] = expand_to_joints(start.theta_rad, joints)
-        v[self.layout.theta] = expand_to_joints(start.theta_dot_rad_per_s, joints)
+        q, v = super().start()
         return self.from_paper @ q, self.from_paper @ v
-
-    def _place_teeth(self, gear: GearStage, q: np.ndarray) -> None:
-        """Set a stage's mesh displacements [m] at t = 0; the sun turns until it meets a planet."""
-        start, at, joint = self.scenario.start, self.layout.at, gear.joint
-        contact = float(start.mesh == "contact")
-        sun, ring = (
-            contact * np.array([law.backlash + law.static_error for law in laws])
-            for laws in (gear.sun, gear.ring)
-        )
-        by_sun = expand_to_joints(start.sun_planet_offset_m, len(self.stages))[joint]
-        by_ring = expand_to_joints(start.planet_ring_offset_m, len(self.stages))[joint]
-        if not self.layout.free:
-            q[at("x_sp", joint)], q[at("x_pr", joint)] = sun[0] + by_sun, ring[0] + by_ring
-            return
-        q[at("x_s", joint)] = min(sun + ring) + by_sun + by_ring
-        for planet, offset in enumerate(planet_offsets(start, joint, len(ring))):
-            q[at("x_pr", joint, planet)] = ring[planet] + by_ring + offset
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario by RK44 at its step, all of it in the engine.
@@ -178,8 +151,8 @@ class ExudynTree(ArmModel):
         if not self.gears:
             return {}
         planets = max(len(stage.planets) for stage in self.stages)
-        x = np.full((2, len(time), len(self.stages), planets), np.nan)
-        x_dot, force = x.copy(), x.copy()
+        records = np.full((3, 2, len(time), len(self.stages), planets), np.nan)
+        x, x_dot, force = records
         for gear in self.gears:
             stage, link = gear.bodies, gear.bodies.link
             for side, planet in np.ndindex(2, len(stage.planets)):
@@ -188,14 +161,7 @@ class ExudynTree(ArmModel):
                 x[at] = mesh.deflection(law, stage, planet, q, with_sun=side == 0)
                 x_dot[at] = mesh.deflection(law, stage, planet, v, with_sun=side == 0)
                 force[at] = mesh.elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
-        return {
-            "x_sp": x[0],
-            "x_pr": x[1],
-            "x_sp_dot": x_dot[0],
-            "x_pr_dot": x_dot[1],
-            "F_sp": force[0],
-            "F_pr": force[1],
-        }
+        return dict(zip(MESH_VARIABLES, records.reshape(6, *x.shape[1:]), strict=True))
 
     def largest_stable_step(self) -> float:
         """Largest step [s] of RK44 that lets no mode of the stiffest meshes grow by itself.
