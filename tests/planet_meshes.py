@@ -20,7 +20,7 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
-from tests.any_arms import direct_joints, planetary_joints, rods
+from tests.any_arms import any_links, direct_joints, planetary_joints
 from tests.mixed_arms import NONE, arm_of
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
@@ -250,6 +250,6 @@ def rounding(found: list[Contact]) -> float:
 @st.composite
 def unlike_arms(draw: st.DrawFn, most_joints: int = 2) -> Arm:
     """Arms without weight whose 2 to 6 planets differ in everything that may differ."""
-    unlike = planetary_joints(unlike=True, listed=True)
+    unlike = planetary_joints(unlike=True)
     joints = [draw(unlike), *draw(st.lists(unlike | direct_joints(), max_size=most_joints - 1))]
-    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)
+    return arm_of(*joints, links=[draw(any_links()) for _ in joints], gravity=NONE)
