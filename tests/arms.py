@@ -5,12 +5,13 @@ Their numbers are rolled by a seed, or drawn by Hypothesis (``tests.any_arms``).
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from math import pi
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.mesh import FROM_TEETH, Mesh
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
@@ -139,6 +140,26 @@ def planetary_joint(dice: Dice) -> Planetary:
         sun_mesh=_mesh(dice),
         ring_mesh=_mesh(dice),
     )
+
+
+def part_planets(dice: Dice, joint: dict[str, Any]) -> None:
+    """A number for each planet in every field of both meshes, and phases as the teeth allow."""
+    planets, sun = joint["planet_count"], joint["sun_teeth"]
+    turns = [-2 * pi * (sun * place % planets) / planets for place in range(planets)]
+    for side in ("sun_mesh", "ring_mesh"):
+        damping = "damping_ratio" if dice.chance(0.5) else "damping_N_s_per_m"
+        fields: dict[str, Callable[[], Any]] = {
+            "stiffness": lambda: any_law(dice).model_dump(),
+            "backlash_m": lambda: dice.near(5e-5) * dice.chance(0.9),
+            "tooth_error_m": lambda: dice.near(5e-6) * dice.chance(0.9),
+            "tooth_error_phase_rad": lambda: dice.between(-3, 3),
+            "static_error_m": lambda: dice.between(-5e-6, 5e-6),
+            damping: lambda size=0.05 if damping == "damping_ratio" else 1500.0: dice.near(size),
+        }
+        first = dice.between(-3, 3)
+        phases = FROM_TEETH, first, [first + turn for turn in turns]
+        own = {field: [roll() for _ in range(planets)] for field, roll in fields.items()}
+        joint[side] = {"phase_rad": dice.one_of(phases), **own}
 
 
 def direct_joint(dice: Dice) -> Direct:
