@@ -253,10 +253,12 @@ class GearSet(NamedTuple):
     planets: int
 
 
-def any_gears(dice: Dice) -> GearSet:
-    """One that assembles and whose planets clear each other."""
+def any_gears(dice: Dice, fewest: int = 15, most: int = 44, most_planets: int = 5) -> GearSet:
+    """One that assembles and whose planets clear each other; of so many teeth each."""
     while True:
-        sun, planet, count = dice.whole(15, 44), dice.whole(15, 44), dice.whole(2, 5)
+        sun, planet, count = (
+            dice.whole(*ends) for ends in ((fewest, most), (fewest, most), (2, most_planets))
+        )
         clear = (sun + planet) * np.sin(np.pi / count) > planet + 2
         if clear and (2 * sun + 2 * planet) % count == 0:
             return GearSet(sun, planet, count)
