@@ -119,4 +119,4 @@ def _number(
         return generator.uniform(allowed.least, allowed.most)
     else:
         sized = math.exp(generator.uniform(math.log(allowed.least), math.log(allowed.most)))
-    return min(max(sized, allowed.least), allowed.most) if value else value
+    return min(max(sized, allowed.least), allowed.most) if sized else 0.0
