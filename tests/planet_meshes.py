@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -24,47 +23,6 @@ from tests.any_arms import any_links, direct_joints, planetary_joints
 from tests.mixed_arms import NONE, arm_of
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
-LAW = {
-    "law": "fourier",
-    "mean_N_per_m": 9e7,
-    "cosine_N_per_m": [1e7, -3e6],
-    "sine_N_per_m": [5e6, 4e6, 1e6],
-}
-
-
-def mesh(**changes: Any) -> dict[str, Any]:
-    """A mesh's fields, its planets alike but for their phases."""
-    return {
-        "stiffness": LAW,
-        "backlash_m": 3e-5,
-        "tooth_error_m": 8e-6,
-        "phase_rad": "from-teeth",
-        "damping_ratio": 0.0,
-        **changes,
-    }
-
-
-def stage(**changes: Any) -> dict[str, Any]:
-    """A joint's fields, whose planets mesh a third of a pitch after each other."""
-    return {
-        "kind": "planetary",
-        "sun_teeth": 28,
-        "planet_teeth": 20,
-        "ring_teeth": 68,
-        "planet_count": 3,
-        "module_m": 0.003,
-        "pressure_angle_deg": 20.0,
-        "sun_equivalent_mass_kg": 0.5,
-        "planet_equivalent_mass_kg": 0.6,
-        "carrier_equivalent_mass_kg": 6.0,
-        "sun_mass_kg": 0.4,
-        "planet_mass_kg": 0.5,
-        "carrier_mass_kg": 6.0,
-        "ring_mass_kg": 8.0,
-        "sun_mesh": mesh(),
-        "ring_mesh": mesh(backlash_m=2e-5),
-        **changes,
-    }
 
 
 @dataclass(frozen=True)
