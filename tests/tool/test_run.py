@@ -36,7 +36,7 @@ def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     """The paper's arm through ``crosscheck run --quick``, every experiment of it cut short."""
     folder = tmp_path_factory.mktemp("quick")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
-        brief(patch, 0.01)
+        brief(patch, 0.005)
         patch.setattr(sys, "argv", ["crosscheck", "run", "--quick", "--out", str(folder)])
         with pytest.raises(SystemExit) as left:
             main()
