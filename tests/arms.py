@@ -1,13 +1,17 @@
-"""Arms of one to seven joints of every kind, for what holds of all of them."""
+"""Arms of one to seven joints of every kind, for what holds of all of them.
 
-from collections.abc import Callable, Collection
+Their numbers are rolled by a seed, or drawn by Hypothesis (``tests.any_arms``).
+"""
+
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from math import pi
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.mesh import FROM_TEETH, Mesh
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
@@ -27,8 +31,8 @@ def arm_of(joints: int, scale: float = 1.0, direct: Collection[int] = ()) -> Arm
 
     scale: of its links' lengths; direct: which joints, counted from 0, have no gears.
     """
-    dice = Dice(np.random.default_rng(joints))
-    kinds = [_direct if number in direct else _planetary for number in range(joints)]
+    dice = roll_dice(joints)
+    kinds = [direct_joint if n in direct else planetary_joint for n in range(joints)]
     lengths = [scale * (1 - 0.11 * number) for number in range(joints)]
     return Arm(
         schema_version=2,
@@ -36,7 +40,7 @@ def arm_of(joints: int, scale: float = 1.0, direct: Collection[int] = ()) -> Arm
         payload_mass_kg=10.0,
         gravity_m_per_s2=GRAVITY,
         joints=tuple(kind(dice) for kind in kinds),
-        links=tuple(_link(dice, length) for length in lengths),
+        links=tuple(any_link(dice, length) for length in lengths),
     )
 
 
@@ -45,17 +49,22 @@ def random_arm(seed: int, most_joints: int = 7, all_geared: bool = False) -> Arm
 
     Gravity, friction and direct joints, none geared among them, come and go with the seed.
     """
-    dice = Dice(np.random.default_rng(seed))
+    dice = roll_dice(seed)
     joints = dice.whole(1, most_joints)
     directness = 0.0 if all_geared else dice.one_of((0.0, 0.0, 0.4, 0.4, 1.0))
-    kinds = [_direct if dice.chance(directness) else _planetary for _ in range(joints)]
+    kinds = [direct_joint if dice.chance(directness) else planetary_joint for _ in range(joints)]
+    return any_arm(dice, f"random-{seed}", kinds)
+
+
+def any_arm(dice: "Dice", name: str, kinds: Sequence["Kind"]) -> Arm:
+    """An arm of these kinds of joints."""
     return Arm(
         schema_version=2,
-        name=f"random-{seed}",
+        name=name,
         payload_mass_kg=dice.near(10),
         gravity_m_per_s2=dice.one_of(((0.0, 0.0), (0.0, -9.81), GRAVITY)),
         joints=tuple(kind(dice) for kind in kinds),
-        links=tuple(_link(dice, dice.near(0.8, 2)) for _ in range(joints)),
+        links=tuple(any_link(dice, dice.near(0.8, 2)) for _ in kinds),
     )
 
 
@@ -67,33 +76,42 @@ def gear_stages(*names: str) -> list[Planetary]:
 
 @dataclass(frozen=True)
 class Dice:
-    """Random numbers about those of the paper's arm."""
+    """Random numbers about those of the paper's arm.
 
-    generator: np.random.Generator
+    between: anywhere from one to another; whole: a whole number, both ends among them.
+    """
+
+    between: Callable[[float, float], float]
+    whole: Callable[[int, int], int]
 
     def near(self, value: float, factor: float = 3.0) -> float:
         """Within a factor of a value."""
-        return float(value * factor ** self.generator.uniform(-1, 1))
-
-    def between(self, least: float, most: float) -> float:
-        """Anywhere between."""
-        return float(self.generator.uniform(least, most))
-
-    def whole(self, least: int, most: int) -> int:
-        """A whole number, both ends among them."""
-        return int(self.generator.integers(least, most + 1))
+        return value * factor ** self.between(-1, 1)
 
     def chance(self, probability: float) -> bool:
         """True as often as that."""
-        return bool(self.generator.uniform() < probability)
+        return self.between(0, 1) < probability
 
     def one_of(self, choices: tuple[Choice, ...]) -> Choice:
         """Any of them alike."""
         return choices[self.whole(0, len(choices) - 1)]
 
 
-def _planetary(dice: Dice) -> Planetary:
-    teeth = _gear_set(dice)
+Kind = Callable[[Dice], Planetary | Direct]
+
+
+def roll_dice(seed: int) -> Dice:
+    """Of a seed."""
+    generator = np.random.default_rng(seed)
+    return Dice(
+        lambda least, most: float(generator.uniform(least, most)),
+        lambda least, most: int(generator.integers(least, most + 1)),
+    )
+
+
+def planetary_joint(dice: Dice) -> Planetary:
+    """Of any gears, its inertias as masses or as they are."""
+    teeth = any_gears(dice)
     module, angle = dice.near(0.003, 2), dice.between(14.5, 28)
     sun, planet, carrier = dice.near(0.5), dice.near(0.66), dice.near(5.8)
     pitches = [module * count / 2 for count in (teeth.sun, teeth.planet, teeth.sun + teeth.planet)]
@@ -124,7 +142,28 @@ def _planetary(dice: Dice) -> Planetary:
     )
 
 
-def _direct(dice: Dice) -> Direct:
+def part_planets(dice: Dice, joint: dict[str, Any]) -> None:
+    """A number for each planet in every field of both meshes, and phases as the teeth allow."""
+    planets, sun = joint["planet_count"], joint["sun_teeth"]
+    turns = [-2 * pi * (sun * place % planets) / planets for place in range(planets)]
+    for side in ("sun_mesh", "ring_mesh"):
+        damping = "damping_ratio" if dice.chance(0.5) else "damping_N_s_per_m"
+        fields: dict[str, Callable[[], Any]] = {
+            "stiffness": lambda: any_law(dice).model_dump(),
+            "backlash_m": lambda: dice.near(5e-5) * dice.chance(0.9),
+            "tooth_error_m": lambda: dice.near(5e-6) * dice.chance(0.9),
+            "tooth_error_phase_rad": lambda: dice.between(-3, 3),
+            "static_error_m": lambda: dice.between(-5e-6, 5e-6),
+            damping: lambda size=0.05 if damping == "damping_ratio" else 1500.0: dice.near(size),
+        }
+        first = dice.between(-3, 3)
+        phases = FROM_TEETH, first, [first + turn for turn in turns]
+        own = {field: [roll() for _ in range(planets)] for field, roll in fields.items()}
+        joint[side] = {"phase_rad": dice.one_of(phases), **own}
+
+
+def direct_joint(dice: Dice) -> Direct:
+    """Of any motor."""
     return Direct(
         kind="direct",
         motor_mass_kg=dice.near(6.0),
@@ -136,7 +175,7 @@ def _direct(dice: Dice) -> Direct:
 def _mesh(dice: Dice) -> Mesh:
     as_ratio = dice.chance(0.6)
     return Mesh(
-        stiffness=dice.one_of(LAWS)(dice, dice.near(1e8)),
+        stiffness=any_law(dice),
         backlash_m=dice.near(5e-5) * dice.chance(0.9),
         tooth_error_m=dice.near(5e-6),
         phase_rad=dice.between(-3, 3),
@@ -183,10 +222,15 @@ def _table(dice: Dice, mean: float) -> TableStiffness:
     )
 
 
+def any_law(dice: Dice) -> StiffnessLaw:
+    """One of the four."""
+    return dice.one_of(LAWS)(dice, dice.near(1e8))
+
+
 LAWS: tuple[Callable[[Dice, float], StiffnessLaw], ...] = (_sine, _fourier, _square, _table)
 
 
-def _link(dice: Dice, length: float) -> Link:
+def any_link(dice: Dice, length: float) -> Link:
     """A rod, or a body as from a CAD model."""
     com, rod = length * dice.between(0.3, 0.7), dice.chance(0.5)
     section, density = dice.near(0.01, 2), dice.near(2700, 2)
@@ -209,10 +253,12 @@ class GearSet(NamedTuple):
     planets: int
 
 
-def _gear_set(dice: Dice) -> GearSet:
-    """One that assembles and whose planets clear each other."""
+def any_gears(dice: Dice, fewest: int = 15, most: int = 44, most_planets: int = 5) -> GearSet:
+    """One that assembles and whose planets clear each other; of so many teeth each."""
     while True:
-        sun, planet, count = dice.whole(15, 44), dice.whole(15, 44), dice.whole(2, 5)
+        sun, planet, count = (
+            dice.whole(*ends) for ends in ((fewest, most), (fewest, most), (2, most_planets))
+        )
         clear = (sun + planet) * np.sin(np.pi / count) > planet + 2
         if clear and (2 * sun + 2 * planet) % count == 0:
             return GearSet(sun, planet, count)

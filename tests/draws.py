@@ -6,31 +6,22 @@ CROSSCHECK_DRAWS sets how long campaigns of other inputs in every run are: `make
 import math
 import os
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.quantities import NumberRange
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    TableStiffness,
-)
+from tests import arms
 
 SAMPLE = 10
 DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", SAMPLE))
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
-GEARS = ("sun", "planet", "carrier")
-PER_PLANET = ("backlash_m", "tooth_error_m", "tooth_error_phase_rad", "static_error_m")
 MOST_REFUSALS = 2000
 Drawn = TypeVar("Drawn", bound=BaseModel)
-Make = Callable[[random.Random], dict[str, Any]]
 
 
 def examples(few: int, many: int) -> int:
@@ -68,133 +59,64 @@ def ranges_of(record: type[BaseModel]) -> dict[str, NumberRange]:
     return found
 
 
-def any_arm(generator: random.Random, joints: int) -> Arm:
-    """An arm drawn from the whole of every range, those refused for other reasons left out."""
-    pull = generator.choice((0.0, 9.81, 1000.0))
-    return _drawn(
-        Arm,
-        generator,
-        lambda generator: {
-            "schema_version": 2,
-            "name": "drawn",
-            "payload_mass_kg": _number(generator, range_of(Arm.model_fields["payload_mass_kg"])),
-            "gravity_m_per_s2": [generator.uniform(-pull, pull) for _ in range(2)],
-            "joints": [_joint(generator) for _ in range(joints)],
-            "links": [_drawn(Link, generator, _link) for _ in range(joints)],
-        },
-    )
+def any_arm(generator: random.Random, joints: int, decades: float | None = None) -> Arm:
+    """An arm drawn from the whole of every range, those refused for other reasons left out.
+
+    decades: or from so many about a usual arm's numbers, as far as their ranges go.
+    """
+    dice = arms.Dice(generator.uniform, generator.randint)
+    kinds = [arms.direct_joint if dice.chance(0.25) else _planetary for _ in range(joints)]
+    return _spread(arms.any_arm(dice, "drawn", kinds), generator, decades)
 
 
-def _drawn(record: type[Drawn], generator: random.Random, make: Make) -> Drawn:
-    """The first one that is not refused. Raises the last refusal where all are."""
+def _planetary(dice: arms.Dice) -> Planetary:
+    """Of teeth as few and as many as there may be; some with unlike planets."""
+    content, gears = arms.planetary_joint(dice).model_dump(), arms.any_gears(dice, 5, 400, 8)
+    teeth = gears.sun, gears.planet, gears.sun + 2 * gears.planet, gears.planets
+    content |= dict(zip(TEETH, teeth, strict=True))
+    if dice.chance(0.2):
+        arms.part_planets(dice, content)
+    return Planetary.model_validate(content)
+
+
+def _spread(record: Drawn, generator: random.Random, decades: float | None) -> Drawn:
+    """The record with other numbers, in the records that it holds too, until it is not refused."""
+    ranges = ranges_of(type(record))
+
+    def spread(name: str, value: Any, stiffer: float) -> Any:
+        if isinstance(value, BaseModel):
+            return _spread(value, generator, decades)
+        if isinstance(value, tuple) and name != "phase_rad":
+            return tuple(spread(name, each, stiffer) for each in value)
+        if name.endswith("_N_per_m"):
+            return stiffer * value
+        if isinstance(value, float) and name in ranges:
+            return _number(generator, ranges[name], value, decades)
+        return value
+
     for _ in range(MOST_REFUSALS):
+        stiffer = 10 ** (
+            generator.uniform(-7, 4) if decades is None else _shift(generator, decades)
+        )
+        own = {name: spread(name, value, stiffer) for name, value in record}
         with suppress(ValidationError):
-            return record.model_validate(make(generator))
-    return record.model_validate(make(generator))
+            return type(record).model_validate(own)
+    return type(record).model_validate(own)
 
 
-def _joint(generator: random.Random) -> Planetary | Direct:
-    if generator.random() < 0.25:
-        return _drawn(Direct, generator, lambda g: {"kind": "direct", **_numbers(g, Direct)})
-    return _drawn(Planetary, generator, _planetary)
+def _shift(generator: random.Random, decades: float) -> float:
+    return generator.uniform(-decades, decades) / 2
 
 
-def _planetary(generator: random.Random) -> dict[str, Any]:
-    forms = ("equivalent_mass_kg", "inertia_kg_m2")
-    left_out = [f"{gear}_{generator.choice(forms)}" for gear in GEARS]
-    teeth = _teeth(generator)
-
-    def mesh(generator: random.Random) -> dict[str, Any]:
-        return _mesh(generator, planets=teeth[-1])
-
-    return {
-        "kind": "planetary",
-        **_numbers(generator, Planetary, (*TEETH, *left_out)),
-        **dict(zip(TEETH, teeth, strict=True)),
-        "sun_mesh": _drawn(Mesh, generator, mesh),
-        "ring_mesh": _drawn(Mesh, generator, mesh),
-    }
-
-
-def _mesh(generator: random.Random, planets: int) -> dict[str, Any]:
-    """Some fields one number, some one for each planet; phases of a list are held to the teeth."""
-    left_out = generator.choice(("damping_ratio", "damping_N_s_per_m"))
-    found = _numbers(generator, Mesh, (left_out,))
-    for name in PER_PLANET:
-        if generator.random() < 0.2:
-            own = range_of(Mesh.model_fields[name])
-            found[name] = [_number(generator, own) for _ in range(planets)]
-    law = generator.choice((_sine, _fourier, _square, _table))
-    return {"stiffness": law(generator), **found}
-
-
-def _sine(generator: random.Random) -> SineStiffness:
-    return _drawn(SineStiffness, generator, lambda g: {"law": "sine", **_numbers(g, SineStiffness)})
-
-
-def _fourier(generator: random.Random) -> FourierStiffness:
-    mean = _number(generator, ranges_of(FourierStiffness)["mean_N_per_m"])
-    waves = [mean * generator.uniform(-0.1, 0.1) for _ in range(generator.randint(0, 8))]
-    return FourierStiffness(
-        law="fourier",
-        mean_N_per_m=mean,
-        cosine_N_per_m=tuple(waves[::2]),
-        sine_N_per_m=tuple(waves[1::2]),
-    )
-
-
-def _square(generator: random.Random) -> SquareStiffness:
-    def make(generator: random.Random) -> dict[str, Any]:
-        harmonics = {"harmonics": generator.randint(1, 50)}
-        return {"law": "square", **_numbers(generator, SquareStiffness), **harmonics}
-
-    return _drawn(SquareStiffness, generator, make)
-
-
-def _table(generator: random.Random) -> TableStiffness:
-    def make(generator: random.Random) -> dict[str, Any]:
-        inner = sorted(generator.random() for _ in range(generator.randint(3, 40)))
-        largest = 10 ** generator.uniform(1, 12)
-        values = [largest * generator.uniform(0.5, 1) for _ in range(len(inner) + 1)]
-        return {
-            "law": "table",
-            "phase_cycles": [0.0, *inner, 1.0],
-            "stiffness_N_per_m": [*values, values[0]],
-        }
-
-    return _drawn(TableStiffness, generator, make)
-
-
-def _link(generator: random.Random) -> dict[str, Any]:
-    forms = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m2")
-    return _numbers(generator, Link, generator.choice(forms))
-
-
-def _teeth(generator: random.Random) -> tuple[int, int, int, int]:
-    """A gear set that can be assembled."""
-    while True:
-        sun, planet, count = generator.randint(5, 400), generator.randint(5, 400), 2
-        if generator.random() < 0.8:
-            count = generator.randint(3, 8)
-        clear = (sun + planet) * math.sin(math.pi / count) > planet + 2
-        if clear and (2 * sun + 2 * planet) % count == 0:
-            return sun, planet, sun + 2 * planet, count
-
-
-def _numbers(
-    generator: random.Random, record: type[BaseModel], without: tuple[str, ...] = ()
-) -> dict[str, Any]:
-    return {
-        name: _number(generator, allowed)
-        for name, allowed in ranges_of(record).items()
-        if name not in without
-    }
-
-
-def _number(generator: random.Random, allowed: NumberRange) -> float:
-    if allowed.or_zero and generator.random() < 0.15:
+def _number(
+    generator: random.Random, allowed: NumberRange, value: float, decades: float | None
+) -> float:
+    if decades is not None:
+        sized = value * 10 ** _shift(generator, decades)
+    elif allowed.or_zero and generator.random() < 0.15:
         return 0.0
-    if allowed.least <= 0:
+    elif allowed.least <= 0:
         return generator.uniform(allowed.least, allowed.most)
-    exponent = generator.uniform(math.log(allowed.least), math.log(allowed.most))
-    return min(max(math.exp(exponent), allowed.least), allowed.most)
+    else:
+        sized = math.exp(generator.uniform(math.log(allowed.least), math.log(allowed.most)))
+    return min(max(sized, allowed.least), allowed.most) if sized else 0.0

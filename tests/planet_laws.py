@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.stiffness import StiffnessLaw
 from crosscheck.models.interface import Model
+from tests import arms
 from tests.mixed_arms import LAWS, NONE, Data, arm_of, direct, geared, random_states
 from tests.planet_meshes import Contact, contacts, expected_force, mean_stiffness, stiffness_at
 
@@ -22,58 +23,14 @@ def unlike_arm() -> Arm:
     """Two stages in free fall whose planets differ in everything; no planet meshes in phase.
 
     28 sun teeth do not pass by three planets, nor 31 by four; 15 1/2 pitches lie between the flanks
-    of the shoulder's planets and 15 whole ones between those of the elbow's. The phase of the
-    elbow's sun mesh is given, and the ring's follows.
+    of the shoulder's planets and 15 whole ones between those of the elbow's.
     """
-    shoulder = geared(
-        sun_teeth=28,
-        planet_teeth=32,
-        ring_teeth=92,
-        planet_count=3,
-        sun_mesh={
-            "stiffness": [LAWS[name] for name in ("table", "fourier", "square")],
-            "backlash_m": [4e-5, 5e-5, 3e-5],
-            "tooth_error_m": [2e-5, 1e-5, 1.5e-5],
-            "tooth_error_phase_rad": [0.3, -0.8, 1.9],
-            "static_error_m": [1e-6, -7e-6, 4e-6],
-            "phase_rad": "from-teeth",
-            "damping_N_s_per_m": [1500.0, 900.0, 2100.0],
-        },
-        ring_mesh={
-            "stiffness": [LAWS[name] for name in ("sine", "table", "fourier")],
-            "backlash_m": [3.5e-5, 2e-5, 4.5e-5],
-            "tooth_error_m": [9e-6, 1.2e-5, 6e-6],
-            "tooth_error_phase_rad": [0.0, 2.2, -1.1],
-            "static_error_m": [3e-6, -5e-6, 8e-6],
-            "phase_rad": "from-teeth",
-            "damping_ratio": [0.04, 0.06, 0.05],
-        },
-    )
-    elbow = geared(
-        sun_teeth=31,
-        planet_teeth=31,
-        ring_teeth=93,
-        planet_count=4,
-        sun_mesh={
-            "stiffness": LAWS["sine"],
-            "backlash_m": [2e-5, 3e-5, 4e-5, 5e-5],
-            "tooth_error_m": 1e-5,
-            "tooth_error_phase_rad": 0.2,
-            "static_error_m": [0.0, 2e-6, 4e-6, 6e-6],
-            "phase_rad": [0.7 + np.pi / 2 * n for n in range(4)],
-            "damping_N_s_per_m": 1100.0,
-        },
-        ring_mesh={
-            "stiffness": LAWS["square"],
-            "backlash_m": 3e-5,
-            "tooth_error_m": [1e-5, 8e-6, 6e-6, 4e-6],
-            "tooth_error_phase_rad": [0.0, 0.4, 0.8, 1.2],
-            "static_error_m": -1e-6,
-            "phase_rad": "from-teeth",
-            "damping_N_s_per_m": 1300.0,
-        },
-    )
-    return arm_of(shoulder, elbow, gravity=NONE)
+    dice, joints = arms.roll_dice(2828), []  # every law, damping and form of phases is among them
+    for sun, planet, count in ((28, 32, 3), (31, 31, 4)):
+        teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
+        joints.append(geared(**teeth, planet_count=count))
+        arms.part_planets(dice, joints[-1])
+    return arm_of(*joints, gravity=NONE)
 
 
 def odd_one_out(odd: int = 2) -> Arm:

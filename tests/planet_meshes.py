@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -20,51 +19,10 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
-from tests.any_arms import direct_joints, planetary_joints, rods
+from tests.any_arms import any_links, direct_joints, planetary_joints
 from tests.mixed_arms import NONE, arm_of
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
-LAW = {
-    "law": "fourier",
-    "mean_N_per_m": 9e7,
-    "cosine_N_per_m": [1e7, -3e6],
-    "sine_N_per_m": [5e6, 4e6, 1e6],
-}
-
-
-def mesh(**changes: Any) -> dict[str, Any]:
-    """A mesh's fields, its planets alike but for their phases."""
-    return {
-        "stiffness": LAW,
-        "backlash_m": 3e-5,
-        "tooth_error_m": 8e-6,
-        "phase_rad": "from-teeth",
-        "damping_ratio": 0.0,
-        **changes,
-    }
-
-
-def stage(**changes: Any) -> dict[str, Any]:
-    """A joint's fields, whose planets mesh a third of a pitch after each other."""
-    return {
-        "kind": "planetary",
-        "sun_teeth": 28,
-        "planet_teeth": 20,
-        "ring_teeth": 68,
-        "planet_count": 3,
-        "module_m": 0.003,
-        "pressure_angle_deg": 20.0,
-        "sun_equivalent_mass_kg": 0.5,
-        "planet_equivalent_mass_kg": 0.6,
-        "carrier_equivalent_mass_kg": 6.0,
-        "sun_mass_kg": 0.4,
-        "planet_mass_kg": 0.5,
-        "carrier_mass_kg": 6.0,
-        "ring_mass_kg": 8.0,
-        "sun_mesh": mesh(),
-        "ring_mesh": mesh(backlash_m=2e-5),
-        **changes,
-    }
 
 
 @dataclass(frozen=True)
@@ -250,6 +208,6 @@ def rounding(found: list[Contact]) -> float:
 @st.composite
 def unlike_arms(draw: st.DrawFn, most_joints: int = 2) -> Arm:
     """Arms without weight whose 2 to 6 planets differ in everything that may differ."""
-    unlike = planetary_joints(unlike=True, listed=True)
+    unlike = planetary_joints(unlike=True)
     joints = [draw(unlike), *draw(st.lists(unlike | direct_joints(), max_size=most_joints - 1))]
-    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)
+    return arm_of(*joints, links=[draw(any_links()) for _ in joints], gravity=NONE)

@@ -353,12 +353,6 @@ class MovingTree:
             force = rotate(pose.rotation, force)
             moment = plus(rotate(pose.rotation, moment), cross(pose.position, force))
 
-    def bias(self, v: Sequence[Number]) -> list[Number]:
-        """Torques under which joints that move at v do not accelerate, weights included."""
-        still = self._hold_still(v)
-        projected = self.project(still.forces, still.moments)
-        return [direct + more for direct, more in zip(still.held, projected, strict=True)]
-
     def _hold_still(self, v: Sequence[Number]) -> Holding:
         """Forces that keep joints moving at v from accelerating."""
         rates = self.rates(v, [0] * len(v))

@@ -54,7 +54,7 @@ CONDITIONS = (
 
 def list_unrecorded(html: str, records: Any) -> Iterator[str]:
     """Quantities of a page's chapter that are in none of its records, as numbers or in words."""
-    known = [Fact(value, "", digits=1) for value in list_numbers(records)]
+    known = [Fact(value, "", digits=1) for value in {*list_numbers(records)}]
     for piece in Page(html).pieces:
         text = re.sub(CONDITIONS, "", piece.text)
         for found in re.finditer(QUANTITY, text):

@@ -31,8 +31,9 @@ from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import arms, plan
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
 from crosscheck.planning.sizing import make_unequal_gains_scenario
+from tests.arms import arm_of
 from tests.judged import plan_states
-from tests.mixed_arms import LAWS, arm_of, direct
+from tests.mixed_arms import LAWS
 
 STATES, SEED, SPOT = 9, 1, 4  # the one state whose answer is wrong
 ABOVE, BELOW = 1.02, 0.98  # of a tolerance
@@ -49,17 +50,9 @@ SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "1",
 
 def direct_arm(first_m: float) -> Arm:
     """An arm of three direct joints, unlike each other; its first link is so long."""
-    motor = {"motor_mass_kg": 0.4, "rotor_inertia_kg_m2": 0.02}
-    links = [(first_m, 1.3, 0.03), (0.4, 0.9, 0.012), (0.3, 0.5, 0.006)]
-    return arm_of(
-        *(direct(**motor, friction_N_m_s_per_rad=0.1 + 0.2 * k) for k in range(3)),
-        links=[
-            {"length_m": length, "com_m": 0.4 * length, "mass_kg": mass, "inertia_kg_m2": inertia}
-            for length, mass, inertia in links
-        ],
-        payload_kg=0.3,
-        gravity=(9.81, 1.3),
-    )
+    arm = arm_of(3, direct=(0, 1, 2))
+    first = arm.links[0].model_copy(update={"length_m": first_m})
+    return arm.model_copy(update={"links": (first, *arm.links[1:])})
 
 
 ARMS: dict[str, Callable[[], Arm]] = {
@@ -328,7 +321,7 @@ def _wrong_conservation(part: float) -> Iterator[str]:
     ends = np.cumsum(heading * [link.length_m for link in arm.links], axis=1)
     begins = np.hstack([np.zeros((len(theta), 1)), ends[:, :-1]])
     middles = begins + heading * [link.com_m for link in arm.links]
-    masses = [link.mass_kg for link in arm.links]
+    masses = [link.mass for link in arm.links]
     motors = [joint.motor_mass_kg for joint in arm.joints]
     pull = complex(*arm.gravity_m_per_s2)
     moments = middles @ masses + begins @ motors + arm.payload_mass_kg * ends[:, -1]

@@ -229,8 +229,3 @@ def test_members_under_unlike_tables_of_torques_keep_their_own():
 
 def test_nobody_is_nobody():
     assert run_models([]) == group_models([]) == []
-
-
-def test_structures_are_equal_where_numbers_alone_differ():
-    structures = {model_of(kind, m).equations.structure for kind in ARMS for m in members(5)}
-    assert len(structures) == len(ARMS)

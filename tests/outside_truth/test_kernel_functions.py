@@ -76,12 +76,6 @@ def test_sine_and_cosine_are_right_to_rounding(wave, value):
     assert abs(run(text("found", "c"), value) - right) <= 2 * np.finfo(float).eps + moved
 
 
-def test_quarters_of_a_turn():
-    # Where |r| is 1/4 the polynomial is at its end, and rounds once more.
-    found = [run(functions.sine("found", "c"), quarter / 4) for quarter in range(-8, 9)]
-    assert found == pytest.approx([0.0, 1.0, 0.0, -1.0] * 4 + [0.0], abs=np.finfo(float).eps)
-
-
 @given(st.floats(-25, 25) | st.floats(-1e-3, 1e-3))
 def test_hyperbolic_tangent(value):
     with mpmath.workdps(DIGITS):

@@ -25,7 +25,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.mesh import FROM_TEETH
 from crosscheck.models.interface import Model
 from crosscheck.registry import model_names
-from tests.any_arms import GEAR_SETS, planetary_joints, rods
+from tests.any_arms import any_gears, any_links, planetary_joints
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
 from tests.loops import require_items
 from tests.mixed_arms import NONE, arm_of
@@ -33,7 +33,6 @@ from tests.one_stage import free_model, plain_mesh, sine
 
 LAW = sine(1e8, 3e7)
 DISPLACEMENT_M = 1e-4
-SEQUENTIAL = [(sun, planet, count) for sun, planet, count in GEAR_SETS if 2 * sun % count]
 POSES = 8  # in a mesh cycle, that show the phase of a wave
 DRAWN = 1e-6  # cycles: the point of a contact is found to 1e-7 of a module, a pitch is 3
 
@@ -44,9 +43,8 @@ def stage_of(gears: tuple[int, int, int], degrees: float, ring_at: float) -> Sta
     return Stage(sun, planet, equal_places(count), math.radians(degrees), ring_at)
 
 
-stages = st.builds(
-    stage_of, st.sampled_from(GEAR_SETS), st.floats(14.5, 28.0), st.floats(-3.0, 3.0)
-)
+stages = st.builds(stage_of, any_gears(), st.floats(14.5, 28.0), st.floats(-3.0, 3.0))
+sequential = planetary_joints().filter(lambda own: 2 * own["sun_teeth"] % own["planet_count"])
 
 
 def sun_delay(sun_teeth: int, place: float) -> float:
@@ -206,12 +204,12 @@ def arms_by_teeth(draw: st.DrawFn) -> Arm:
     By one number or by one for each planet. Planets one after the other by neither whole nor half
     cycles, which would hide a wrong sign.
     """
-    joint, first = draw(planetary_joints(sets=SEQUENTIAL)), draw(st.floats(-3, 3))
+    joint, first = draw(sequential), draw(st.floats(-3, 3))
     places = equal_places(joint["planet_count"])
     listed = [first - TURN * sun_delay(joint["sun_teeth"], place) for place in places]
     sun = plain_mesh(LAW, draw(st.sampled_from([FROM_TEETH, first, listed])))
     joint |= {"sun_mesh": sun, "ring_mesh": plain_mesh(LAW, FROM_TEETH)}
-    return arm_of(joint, links=[draw(rods())], payload_kg=0.0, gravity=NONE)
+    return arm_of(joint, links=[draw(any_links())], payload_kg=0.0, gravity=NONE)
 
 
 def seen_phases(model: Model, loaded: str) -> np.ndarray:

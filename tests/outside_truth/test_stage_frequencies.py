@@ -22,7 +22,7 @@ from scipy.linalg import eigh
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.interface import Model
 from crosscheck.registry import model_names
-from tests.any_arms import around, bodies, planetary_joints, rods
+from tests.any_arms import any_links, planetary_joints
 from tests.mixed_arms import NONE, arm_of
 from tests.one_stage import free_model, plain_mesh, sine
 
@@ -65,7 +65,7 @@ def one_stage_arms(draw: st.DrawFn) -> Arm:
     joint = draw(planetary_joints())
     for side in ("sun_mesh", "ring_mesh"):
         joint[side] = plain_mesh(sine(draw(stiffnesses), 0.0), draw(st.floats(-3, 3)))
-    links, payload = [draw(rods() | bodies())], draw(st.just(0.0) | around(5.0))
+    links, payload = [draw(any_links())], draw(st.integers(0, 15))
     return arm_of(joint, links=links, payload_kg=payload, gravity=NONE)
 
 

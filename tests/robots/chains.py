@@ -6,10 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
 from crosscheck.runner.outcomes import Task
+from tests import arms
 
 ENGINES = ("analytic", "pinocchio", "exudyn")
 
@@ -87,6 +89,7 @@ def joint(
 
 
 MASS, LENGTH, INERTIA = 2.0, 0.6, 0.03
+GEAR_FIELDS = {*PlanetaryStage.model_fields}
 # A pendulum: a bob on an axis along y.
 BOB = urdf(
     link("ground"),
@@ -213,7 +216,8 @@ def random_chain(seed: int, most_joints: int = 7) -> Robot:
         if not sliding[name] and staged.random() < 0.3:
             transmissions[name] = _random_stage(staged)
             if parted.random() < 0.5:
-                _part_planets(transmissions[name], parted)
+                transmissions[name]["planets"] = "free"
+                arms.part_planets(_dice(parted), transmissions[name])
     for name in sliding:
         if rubbing.random() < 0.4:
             own = transmissions.setdefault(name, {"kind": "direct"})
@@ -222,71 +226,22 @@ def random_chain(seed: int, most_joints: int = 7) -> Robot:
     return robot(urdf(*parts), transmissions, gravity_m_per_s2=gravity)
 
 
-def _part_planets(stage: dict[str, Any], draw: random.Random) -> None:
-    """Let the planets of a stage move by themselves, some of them unlike."""
-    stage["planets"] = "free"
-    for side in ("sun_mesh", "ring_mesh"):
-        count, mesh = stage["planet_count"], stage[side]
-        if draw.random() < 0.7:
-            mesh["static_error_m"] = [draw.uniform(-1e-5, 1e-5) for _ in range(count)]
-            mesh["backlash_m"] = [10 ** draw.uniform(-6, -4) for _ in range(count)]
-        if draw.random() < 0.5:
-            law = {"law": "sine", "amplitude_N_per_m": 1e4}
-            means = [10 ** draw.uniform(5, 8) for _ in range(count)]
-            mesh["stiffness"] = [{**law, "mean_N_per_m": mean} for mean in means]
-            mesh["phase_rad"] = "from-teeth"
+def _dice(draw: random.Random) -> arms.Dice:
+    return arms.Dice(draw.uniform, draw.randint)
 
 
 def _random_stage(draw: random.Random) -> dict[str, Any]:
     """Gears of any size that can be assembled, with any law of stiffness."""
-    count, sun, planet = draw.choice(((2, 19, 37), (3, 20, 31), (3, 33, 15), (4, 40, 16)))
-    waves = [draw.uniform(-0.2, 0.2) for _ in range(4)]
-    meshes = {}
+    joint = arms.planetary_joint(_dice(draw))
+    stage = joint.model_dump(include=GEAR_FIELDS, exclude_none=True)
+    in_phase = stage["sun_teeth"] % stage["planet_count"] == 0
     for side in ("sun_mesh", "ring_mesh"):
-        mean = 10 ** draw.uniform(5, 9)
-        laws: list[dict[str, Any]] = [
-            {"law": "sine", "mean_N_per_m": mean, "amplitude_N_per_m": 0.4 * mean},
-            {
-                "law": "fourier",
-                "mean_N_per_m": mean,
-                "cosine_N_per_m": [mean * wave for wave in waves[:2]],
-                "sine_N_per_m": [mean * wave for wave in waves[2:]],
-            },
-            {
-                "law": "square",
-                "contact_ratio": draw.uniform(1.2, 1.8),
-                "least_N_per_m": mean,
-                "largest_N_per_m": 1.4 * mean,
-                "harmonics": 4,
-            },
-            {
-                "law": "table",
-                "phase_cycles": [0.0, 0.2, 0.45, 0.7, 1.0],
-                "stiffness_N_per_m": [mean * k for k in (1.0, 1.2, 1.1, 0.8, 1.0)],
-            },
-        ]
-        damping = draw.choice(({"damping_ratio": 0.05}, {"damping_N_s_per_m": 100.0}))
-        meshes[side] = {
-            "stiffness": draw.choice(laws),
-            "backlash_m": draw.choice((0.0, 10 ** draw.uniform(-6, -4))),
-            "tooth_error_m": draw.choice((0.0, 10 ** draw.uniform(-7, -5))),
+        stage[side] |= {
             "tooth_error_phase_rad": draw.uniform(-3, 3),
             "static_error_m": draw.uniform(-1e-6, 1e-6),
-            "phase_rad": "from-teeth" if sun % count == 0 else draw.uniform(-3, 3),
-            **damping,
+            "phase_rad": "from-teeth" if in_phase else draw.uniform(-3, 3),
         }
-    return {
-        "kind": "planetary",
-        "sun_teeth": sun,
-        "planet_teeth": planet,
-        "ring_teeth": sun + 2 * planet,
-        "planet_count": count,
-        "module_m": 10 ** draw.uniform(-3.5, -2),
-        "pressure_angle_deg": draw.uniform(15, 25),
-        "sun_inertia_kg_m2": 10 ** draw.uniform(-6, -3),
-        "planet_equivalent_mass_kg": 10 ** draw.uniform(-2, 0),
-        **meshes,
-    }
+    return stage
 
 
 def _solid(draw: random.Random) -> Solid:

@@ -71,13 +71,6 @@ def test_levels_are_those_of_the_arm(written, engine, level):
     assert_same(*written, engine, level)
 
 
-def test_command_writes_both_files(crosscheck, tmp_path):
-    answer = crosscheck("export", "probe", "--out", tmp_path / "a.urdf")
-    assert (answer.code, answer.err) == (0, "")
-    robot = load_robot(str(tmp_path / "a.toml"))
-    assert (robot.name, robot.notes, robot.tip) == ("probe", (), "payload")
-
-
 def test_a_robots_settings_are_in_the_files_that_are_written(crosscheck, tmp_path):
     changes = [
         "--set",

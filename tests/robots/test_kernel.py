@@ -19,7 +19,7 @@ from crosscheck.registry import build_robot_model
 from tests.faults.robots import ROBOTS
 from tests.loops import require_items
 from tests.robots import chains
-from tests.robots.traced import CIRCLE, equations, moving_tree, random_state, run_text
+from tests.robots.traced import CIRCLE, equations, random_state, run_text
 
 PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 # M a - (what accelerates): rounding of some thousand operations on terms as large as |M| |a|.
@@ -163,14 +163,3 @@ def test_numbers_are_by_name_and_zeros_are_structure():
     assert name_numbers(heavier)[0] == own.structure.mechanism
     assert name_numbers(lost)[0] != own.structure.mechanism
     assert name_numbers(heavier)[1]["bodies_5_mass"] == 2 * body.mass
-
-
-def test_inverse_and_forward_dynamics_are_each_other():
-    """M a + bias is what makes a, in floats; weights and rotors among it."""
-    robot = load_robot("six-joint")
-    mechanism = build_mechanism(robot, "coupled")
-    q, v, torques = (row[0].tolist() for row in random_state(robot, "coupled", 8))
-    tree = moving_tree(mechanism, q)
-    a = tree.forward_dynamics(v, [], torques, [], [0] * 6)
-    back = np.array(tree.mass_matrix(), dtype=float) @ np.array(a, dtype=float) + tree.bias(v)
-    assert back == pytest.approx(torques, rel=1e-12, abs=1e-11)

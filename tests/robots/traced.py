@@ -1,14 +1,12 @@
-"""The text of a robot's kernel run by Python, and the algorithms that left it run on floats."""
+"""The text of a robot's kernel run by Python."""
 
 import ast
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
-from math import cos, sin
 from typing import Any
 
 import numpy as np
 
-from crosscheck.analytic.robot.algorithms import MovingTree
 from crosscheck.analytic.robot.equations import RobotEquations, build_equations
 from crosscheck.models.robot.robot import Level, Robot
 
@@ -60,9 +58,3 @@ def interpreted_accelerations(
         values |= {f"{kind}_{name}": x for name, x in zip(s.coordinates, state, strict=True)}
     names = run_text(s.dynamics(), {k: float(x) for k, x in values.items() if np.ndim(x) == 0})
     return np.array([names[f"a_{name}"] for name in s.coordinates])
-
-
-def moving_tree(mechanism: Any, q: np.ndarray) -> MovingTree:
-    """The algorithms on floats at joints' coordinates q (free,)."""
-    values = [joint.factor * q[joint.coordinate] + joint.offset for joint in mechanism.joints]
-    return MovingTree(mechanism, values, [(cos(x), sin(x)) for x in values])

@@ -11,7 +11,7 @@ import pytest
 
 import crosscheck
 import crosscheck.testing
-from crosscheck.models.errors import CannotDo, Diverged
+from crosscheck.models.errors import CannotDo
 from crosscheck.models.interface import Model
 
 ROOT = Path(__file__).parents[2]
@@ -126,12 +126,3 @@ def test_a_model_says_what_it_does_not_answer(asked, labelled):
     model = Bare(labelled, crosscheck.load_scenario("pd"))
     with pytest.raises(CannotDo, match=f"mine:bare has no {asked}"):
         getattr(model, asked)(*ASKED[asked])
-
-
-def test_a_step_beyond_stability_needs_force(labelled):
-    scenario = crosscheck.load_scenario("constant-torque").model_copy(update={"step_s": 5e-4})
-    model = crosscheck.build("analytic:physical", labelled, scenario)
-    with pytest.raises(crosscheck.InputError, match="largest stable step of analytic:physical is"):
-        crosscheck.simulate(model)
-    with pytest.raises(Diverged, match="analytic:physical: diverged at t = "):
-        crosscheck.simulate(model, force=True)

@@ -18,8 +18,7 @@ from crosscheck.models.pinocchio import arm as pinocchio_arm
 from crosscheck.registry import build
 from tests.draws import range_of, ranges_of
 from tests.loops import require_items
-from tests.mixed_arms import arm_of
-from tests.planet_meshes import stage
+from tests.mixed_arms import arm_of, geared
 from tests.tool.test_bad_input import assert_one_line
 
 ARM, SCENARIO = "paper-labelled", "constant-torque"
@@ -117,17 +116,19 @@ def test_a_planet_has_a_millionth_of_the_suns_inertia(share, is_refused):
 @pytest.mark.parametrize(("place", "share"), [(0, 0.98), (0, 1.02), (1, 0.98), (1, 1.02)])
 def test_a_link_is_weighed_against_all_that_its_joint_turns(place, share):
     """Its own gears reflected, the next joint's as they turn, and every mass at its reach."""
-    heavy, reach, radius = 2e-2, 0.01, 0.003 * (28 + 20) / 2
-    load = (4 * 0.5 + 3 * 0.6) * radius**2 + 1e-3 * reach**2
+    heavy, reach, radius = 2e-2, 0.01, 0.0025 * (30 + 30) / 2
+    load = (4 * 0.5 + 4 * 0.7) * radius**2 + 1e-3 * reach**2
     if place == 0:
-        load += (0.5 + 6.0 + 3 * 0.6) * radius**2 + 0.01 + 1e-3 * (2 * reach) ** 2
-        load += (0.4 + 3 * 0.5 + 6.0 + 8.0) * reach**2
+        load += (0.5 + 6.0 + 4 * 0.7) * radius**2 + 0.01 + 1e-3 * (2 * reach) ** 2
+        load += (0.36 + 4 * 0.52 + 5.5 + 8.0) * reach**2
     light = share * 1e-9 * load
     links = [
         {"length_m": reach, "com_m": 0.0, "mass_kg": 1e-3, "inertia_kg_m2": inertia}
         for inertia in ((heavy, light) if place else (light, heavy))
     ]
-    joints = [stage(ring_inertia_kg_m2=0.01)] * 2
+    masses = {"sun_equivalent_mass_kg": 0.5, "carrier_equivalent_mass_kg": 6.0}
+    inertias = {"sun_inertia_kg_m2": None, "carrier_inertia_kg_m2": None}
+    joints = [geared(**masses, **inertias, ring_inertia_kg_m2=0.01)] * 2
     if share > 1:
         arm_of(*joints, links=links, payload_kg=0.0)
         return

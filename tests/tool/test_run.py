@@ -1,6 +1,5 @@
 """`crosscheck run`: the Agreement, its schema, the page, and what a broken engine does to them."""
 
-import html
 import io
 import json
 import re
@@ -37,7 +36,7 @@ def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     """The paper's arm through ``crosscheck run --quick``, every experiment of it cut short."""
     folder = tmp_path_factory.mktemp("quick")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
-        brief(patch, 0.01)
+        brief(patch, 0.005)
         patch.setattr(sys, "argv", ["crosscheck", "run", "--quick", "--out", str(folder)])
         with pytest.raises(SystemExit) as left:
             main()
@@ -93,14 +92,6 @@ def test_provenance_holds_the_arm_and_no_path_of_this_machine(quick_report):
     assert None not in provenance["versions"].values()
     assert str(ROOT) not in json.dumps(quick_report.agreement)
     assert str(HERE) not in quick_report.page
-
-
-def test_page_json_and_terminal_give_the_same_answers(quick_report):
-    found = quick_report.agreement["answers"]
-    text = html.unescape(re.sub(r"<[^>]*>", "", quick_report.page))
-    for name in ("equations", "rigid", "trust"):
-        assert found[name]["answer"] in text
-    assert found["rigid"]["answer"] in quick_report.out
 
 
 def test_the_papers_equations_are_said_to_differ(quick_report):

@@ -83,13 +83,6 @@ def test_a_star_in_a_name_passes_over_joints_that_have_none():
     assert [mesh.backlash_m for mesh in meshes] == [1e-5] * 4
 
 
-def test_a_missing_folder_is_made(crosscheck, tmp_path):
-    out = tmp_path / "a" / "b" / "run.nc"
-    arguments = ("--model", "analytic:links", "--scenario", "pd", "--t-end", "0.001", "--out", out)
-    assert crosscheck("simulate", "paper-swapped", *arguments).code == 0
-    assert out.is_file()
-
-
 def test_stage_with_fewer_planets_is_padded_with_nan(short, tmp_path):
     settings = ("arm.joints.1.sun_teeth=27", "arm.joints.1.planet_count=2")
     assert short(settings=settings).code == 0

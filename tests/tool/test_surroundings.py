@@ -60,9 +60,8 @@ def test_every_locale_has_every_letter(locale):
     assert answer.stdout == shown.get(locale, "Ä\u2192Ж\n".encode())
 
 
-@pytest.mark.parametrize("locale", LOCALES)
-def test_a_bad_name_is_one_line_in_every_locale(locale):
-    answer = command_line("Ä\u2192Ж", env=LOCALES[locale], errors="replace")
+def test_a_bad_name_is_one_line_in_a_locale_without_its_letters():
+    answer = command_line("Ä\u2192Ж", env=PLAIN, errors="replace")
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr.startswith("crosscheck: No such command")
     assert answer.stderr.count("\n") == 1
