@@ -116,12 +116,12 @@ class RobotSubject(RobotProblem, TrialSubject):
         try:
             whole = [run(request)]
         except InputError:
-            single = _run_with_one_motor(request, run) if loads else []
+            single = _run_with_single_motor(request, run) if loads else []
             if not single:
                 raise
         else:
             failed = [part for part in loads if part in whole[0].failures]
-            single = (_run_with_one_motor(request, run) if failed else []) or whole
+            single = (_run_with_single_motor(request, run) if failed else []) or whole
         return min(single, key=lambda each: len(each.diagnosis.entries))
 
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
@@ -132,7 +132,7 @@ class RobotSubject(RobotProblem, TrialSubject):
         return diagnose(self, distances, self.rates)
 
 
-def _run_with_one_motor(request: TrialRequest, run: RunTrial) -> list[Trial]:
+def _run_with_single_motor(request: TrialRequest, run: RunTrial) -> list[Trial]:
     """The trials with a motor at one joint in which every function of torques answers."""
     trials, joints = list[Trial](), len(request.mechanism.coordinates)
     for joint in range(joints if request.equations.drive is None and joints > 1 else 0):
