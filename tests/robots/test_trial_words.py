@@ -11,7 +11,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck import findings
 from crosscheck.runner.outcomes import Failure
-from crosscheck.trial.changes.search import list_equals
+from crosscheck.trial.changes.search import Cause, list_equals, name_causes
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, LevelDistance
 from crosscheck.trial.result import Trial, TrialDiagnosis
 from crosscheck.trial.robots.explain import describe_ratio
@@ -119,3 +119,11 @@ def test_an_entry_is_beside_the_right_one():
     assert list_equals(["a"]) == "a"
     assert list_equals(["a", "b"]) == "a, or by b"
     assert list_equals([*"abcde"]) == "a, or by b"
+
+
+def test_of_many_numbers_that_explain_a_constant_two_are_named():
+    causes = [Cause(f"body: number {n}", usual=False) for n in range(4)]
+    (words,) = name_causes(causes)
+    assert words.startswith("another value of one of 4 numbers, such as body: number 0 or ")
+    assert name_causes(causes[:3]) == [each.words for each in causes[:3]]
+    assert len(name_causes([*causes, Cause("body: twice", usual=True)])) == 5

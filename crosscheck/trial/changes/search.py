@@ -413,6 +413,17 @@ def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
         yield f"{place} alone would{also} be explained by {words}"
 
 
+def name_causes(causes: Sequence[Cause]) -> list[str]:
+    """What explains all, in words; of many numbers that nobody would have written so, two.
+
+    A constant in one entry is made by many numbers.
+    """
+    words = list(dict.fromkeys(cause.words for cause in causes))
+    if len(words) <= MOST_OTHERS or any(cause.usual for cause in causes):
+        return words
+    return [f"another value of one of {len(words)} numbers, such as {' or '.join(words[:2])}"]
+
+
 def list_equals(causes: Sequence[str]) -> str:
     """The first two of causes that no state distinguishes, in words after `by`."""
     return ", or by ".join(causes[:MOST_EQUALS])

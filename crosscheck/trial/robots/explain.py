@@ -20,6 +20,7 @@ from crosscheck.trial.changes.search import (
     describe_causes,
     find_explanations,
     find_rarer_explanations,
+    name_causes,
 )
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.waves import describe_angle_sum
@@ -114,7 +115,7 @@ def diagnose(
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
     notes += [words for each in causes.values() for words in each]
     explanations.sort(key=lambda cause: not cause.usual)
-    words = tuple(dict.fromkeys(cause.words for cause in explanations))
+    words = tuple(name_causes(explanations))
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     if not (words or notes):

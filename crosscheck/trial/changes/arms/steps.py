@@ -16,7 +16,7 @@ from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.kane import FACTORS
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ChangeProblem
-from crosscheck.trial.changes.search import MOST_OTHERS, CauseSearch, find_explanations
+from crosscheck.trial.changes.search import CauseSearch, find_explanations, name_causes
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.judge.entries import PART_TITLES, PARTS, LevelDistance, Part, Term, TermError
 
@@ -80,11 +80,7 @@ def find_changes(
     for probe in probes if causes else ():
         there = {each.path or each.words for each in _search_numbers(probe).find_causes()}
         causes = [each for each in causes if (each.path or each.words) in there]
-    described = [each.words for each in causes if not OUT_OF_PLANE.search(each.words)]
-    if len(described) > MOST_OTHERS and not any(each.usual for each in causes):
-        # As of a constant in one entry, which many numbers make.
-        which = f"another value of one of {len(described)} numbers, such as"
-        described = [f"{which} {' or '.join(described[:2])}"]
+    described = name_causes([each for each in causes if not OUT_OF_PLANE.search(each.words)])
     is_compound = any(each.is_compound for each in causes)
     return level, list(map(_name_by_number, described)), is_compound
 
