@@ -49,7 +49,7 @@ from crosscheck.trial.changes.arms.dependence import Perform
 from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.other_coordinates import find_readings, is_nearer_absolute
 from crosscheck.trial.changes.arms.segments import build_reference_terms
-from crosscheck.trial.changes.arms.steps import find_changes
+from crosscheck.trial.changes.arms.steps import LevelChanges, find_changes
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
@@ -172,11 +172,12 @@ class ArmSubject(TrialSubject):
         if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
-        explanations, is_compound = list[str](), False
+        changes = LevelChanges(level, [])
         if wrong_parts and not readings and self._is_searched_by_numbers:
-            level, explanations, is_compound = self._find_changes(level, distances)
+            changes = self._find_changes(level, distances)
+        level = changes.level
         here = self._compare(level)
-        is_explained = bool(readings or explanations)
+        is_explained = bool(readings or changes.words)
         is_open = bool(wrong_parts and level) and not is_explained
         is_open = is_open and problem.equations.has_open_angles
         if is_open and is_nearer_absolute(problem, values, level):
@@ -187,7 +188,7 @@ class ArmSubject(TrialSubject):
         else:
             diagnosis = diagnose(here, self._compare_probes(level), self.perform)
         names = problem.names
-        causes = [*explanations, *(f"right in {each.described}" for each in readings)]
+        causes = [*changes.words, *(f"right in {each.described}" for each in readings)]
         entries = [name_entry(each, names, causes) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
         numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
@@ -196,8 +197,8 @@ class ArmSubject(TrialSubject):
             wrong,
             () if is_explained else tuple(describe_entries(wrong)),
             () if is_explained else tuple(describe_unexplained(wrong)),
-            explanations=tuple(explanations),
-            is_compound=is_compound,
+            explanations=tuple(changes.words),
+            is_compound=changes.is_compound,
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
@@ -214,16 +215,11 @@ class ArmSubject(TrialSubject):
         has_source = equations.any_arm and equations.table is None
         return not has_source and self.problem.gearing == "rigid" and matrix is not None
 
-    def _find_changes(
-        self, level: str, distances: Sequence[LevelDistance]
-    ) -> tuple[str, list[str], bool]:
-        """The level at which one change explains all, and such changes; else the given level.
-
-        Last whether these are two at once.
-        """
+    def _find_changes(self, level: str, distances: Sequence[LevelDistance]) -> LevelChanges:
+        """The level at which changes explain all, and these; else the given level, and none."""
         arms = {each.level: self._compare(each.level) for each in distances}
-        changed, words, is_compound = find_changes(arms, distances, self._compare_probes)
-        return changed if words else level, words, is_compound
+        changes = find_changes(arms, distances, self._compare_probes)
+        return changes if changes.words else LevelChanges(level, [])
 
     def _compare(self, level: str) -> EntryComparison:
         return compare_entries(self.problem, level, self.results)

@@ -63,7 +63,7 @@ def list_further_functions(site: Site) -> Texts:
     yield from texts
 
 
-def list_alternatives(site: Site) -> Texts:
+def list_conditionals(site: Site) -> Texts:
     """A name where a condition of the code holds, and another one of its kind where it does not.
 
     So the torque of a joint that slides is a force.
@@ -72,10 +72,9 @@ def list_alternatives(site: Site) -> Texts:
         return
     tests = (n.test for n in site.scope.nodes if isinstance(n, ast.If | ast.IfExp))
     for test in dict.fromkeys(map(ast.unparse, tests)):
-        for other, kind in site.scope.list_leaves(written=True):
-            if other != site.text and site.kind is not None and site.can_be(kind):
-                yield f"({site.text} if {test} else {other})"
-                yield f"({other} if {test} else {site.text})"
+        for other in _list_alternatives(site, site.node):
+            yield f"({site.text} if {test} else {other})"
+            yield f"({other} if {test} else {site.text})"
 
 
 def list_further_wrappings(site: Site) -> Texts:

@@ -422,9 +422,10 @@ def list_diagonals(site: Site) -> Texts:
         others = (f"{place}, {place}" for place in range(count) if str(place) not in places)
         yield from (f"{ast.unparse(node.value)}[{each}]" for each in others)
         (place,) = places
-        for begin in range(int(place)) if place.isdecimal() else [""]:
-            block = f"{begin}:{int(place) + 1 if place.isdecimal() else f'{place} + 1'}"
-            yield f"{ast.unparse(node.value)}[{block}, {block}]"
+        blocks = [f":{place} + 1"]
+        if place.isdecimal():
+            blocks = [f"{begin}:{int(place) + 1}" for begin in range(int(place))]
+        yield from (f"{ast.unparse(node.value)}[{block}, {block}]" for block in blocks)
 
 
 def list_differences(site: Site, *, near: bool) -> Texts:

@@ -8,8 +8,8 @@ from functools import partial
 from typing import NamedTuple
 
 from crosscheck.trial.source.additions import (
-    list_alternatives,
     list_arguments,
+    list_conditionals,
     list_further_cross_products,
     list_further_factors,
     list_further_functions,
@@ -142,7 +142,7 @@ KINDS = (
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
     EditKind(5, partial(list_further_products, sign="+")),
-    EditKind(6, list_alternatives),
+    EditKind(6, list_conditionals),
     EditKind(6, partial(list_further_factors, written=False)),
     EditKind(6, partial(list_further_products, sign="-")),
     EditKind(6, partial(list_further_summands, outer=False)),

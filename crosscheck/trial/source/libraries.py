@@ -52,8 +52,10 @@ def _substitute(expression: Any, substitute: Callable[..., Any], *pairs: Any, **
     import sympy as sp
 
     numbers = pairs[0] if len(pairs) == 1 and isinstance(pairs[0], dict) and not more else {}
-    kinds = all(isinstance(symbol, sp.Symbol) for symbol in numbers)
-    is_plain = kinds and all(isinstance(n, Real | sp.Number) for n in numbers.values())
+    is_plain = all(
+        isinstance(symbol, sp.Symbol) and isinstance(number, Real | sp.Number)
+        for symbol, number in numbers.items()
+    )
     if not numbers or not is_plain or expression.has(sp.Derivative, sp.Integral, sp.Subs):
         return substitute(expression, *pairs, **more)
     return expression.xreplace({symbol: sp.sympify(n) for symbol, n in numbers.items()})

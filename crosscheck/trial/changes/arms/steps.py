@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,14 +59,25 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
     return [TermError("swapped", Term(""), each) for each in described]
 
 
+class LevelChanges(NamedTuple):
+    """A level, and changes in words, each of which explains all that is wrong beside it.
+
+    is_compound: whether each changes several numbers at once.
+    """
+
+    level: str
+    words: list[str]
+    is_compound: bool = False
+
+
 def find_changes(
     arms: Mapping[str, EntryComparison],
     distances: Sequence[LevelDistance],
     compare_probes: Callable[[str], Sequence[EntryComparison]],
-) -> tuple[str, list[str], bool]:
+) -> LevelChanges:
     """The level of an arm at which one change explains all that is wrong, and such changes.
 
-    Else two that somebody may well have made, if there are no other arms; last whether they are.
+    Else two that somebody may well have made, if there are no other arms.
 
     arms: the comparison with each level that may be meant; distances: theirs, the nearest first;
     compare_probes: the comparisons of other arms with a level, which the change must explain too.
@@ -82,7 +93,7 @@ def find_changes(
         causes = [each for each in causes if (each.path or each.words) in there]
     described = name_causes([each for each in causes if not OUT_OF_PLANE.search(each.words)])
     is_compound = any(each.is_compound for each in causes)
-    return level, list(map(_name_by_number, described)), is_compound
+    return LevelChanges(level, list(map(_name_by_number, described)), is_compound)
 
 
 def _search_numbers(arm: EntryComparison) -> CauseSearch:
