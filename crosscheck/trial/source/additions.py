@@ -24,9 +24,10 @@ from crosscheck.trial.source.site import (
     is_sum,
     write_operand,
 )
-from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind
+from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind, find_product_kind
 
 VECTOR: Kind = ("array", 3)
+DERIVATIVES = "diff", "jacobian"  # methods and functions of SymPy
 
 
 def list_arguments(site: Site) -> Texts:
@@ -191,6 +192,74 @@ def list_like_summands(site: Site, *, inner: bool) -> Texts:
                 if is_like and len({*names}) == len(names):
                     like = write_exchanged(Site(site.tree, summand), [p for p in pairs if p[1]])
                     yield f"{write_operand(site.node)} + {like}"
+
+
+def list_further_derivatives(site: Site) -> Texts:
+    """A sum less a derivative like one of the code: dT/dq, which Lagrange's equations have."""
+    if not site.is_sum_place(outer=True):
+        return
+    for node in site.scope.nodes:
+        name = getattr(node.func, "attr", "") if isinstance(node, ast.Call) else ""
+        if name in DERIVATIVES and isinstance(node, ast.Call) and node.args:
+            above, variable = site.tree.parent(node), Site(site.tree, node.args[-1])
+            is_turned = isinstance(above, ast.Attribute) and above.attr == "T"
+            whole = Site(site.tree, above if is_turned and above else node)
+            for other in (variable.text, *list_near_names(variable)):
+                like = write_exchanged(whole, [(variable.node, other)])
+                yield f"{write_operand(site.node)} - {like}"
+
+
+def list_further_matrix_products(site: Site) -> Texts:
+    """A sum of arrays with a product of matrices more, of which the code has all but one factor.
+
+    So a bias is reduced as the line before reduces the matrix: c - B' inv(A) b for C - B' inv(A) B.
+    """
+    if not site.is_sum_place(outer=True) or (site.kind or NUMBER)[0] != "array":
+        return
+    for node in site.scope.nodes:
+        if not is_matrix_product(node) or is_matrix_product(site.tree.parent(node)):
+            continue
+        for factor, other in ((node.left, node.right), (node.right, node.left)):
+            known = site.tree.kind(other)
+            for text, kind in site.scope.list_leaves(written=True) if known else ():
+                sides = (kind, known) if factor is node.left else (known, kind)
+                if _can_be_multiplied(*sides) and find_product_kind(*sides) == site.kind:
+                    like = write_exchanged(Site(site.tree, node), [(factor, text)])
+                    yield from (f"{write_operand(site.node)} {sign} {like}" for sign in "-+")
+
+
+def _can_be_multiplied(left: Kind, right: Kind) -> bool:
+    are_arrays = left[0] == right[0] == "array"
+    return are_arrays and len(left) > 1 and len(right) > 1 and left[-1] == right[1]
+
+
+def list_further_elements(site: Site) -> Texts:
+    """A list of bodies with one more, which has a number that no line reads: the payload's mass.
+
+    Its other numbers are the last ones of lists, or 0.
+    """
+    node = site.node
+    if not isinstance(node, ast.Assign) or not isinstance(node.targets[0], ast.Name):
+        return
+    listed = node.value.elts if isinstance(node.value, ast.List) else []
+    listed = [node.value.elt] if isinstance(node.value, ast.ListComp) else listed
+    if not listed or not all(isinstance(each, ast.Tuple) for each in listed):
+        return
+    name, leaves = node.targets[0].id, list(site.scope.list_leaves())
+    unread = [text for text, kind in leaves if kind == NUMBER and site.tree.is_unread(text)]
+    numbers = [text for text, kind in leaves if kind == NUMBER and text.endswith("[-1]")]
+    lists = [f"{text}[-1]" for text, kind in leaves if kind[0] == "array" and len(kind) == 2]
+    usual: dict[Kind, list[str]] = {
+        INDEX: [f"len({name}) - 1"],
+        NUMBER: ["0.0", *dict.fromkeys((*numbers, *lists))],
+    }
+    kinds = [site.tree.kind(each) for each in ast.iter_child_nodes(listed[-1])][:-1]
+    for place in (place for place, kind in enumerate(kinds) if kind == NUMBER):
+        choices = [
+            unread if n == place else usual.get(kind or (), []) for n, kind in enumerate(kinds)
+        ]
+        for values in product(*choices):
+            yield f"{site.text}\n{name}.append(({', '.join(values)}))"
 
 
 def _is_square(kind: Kind) -> bool:

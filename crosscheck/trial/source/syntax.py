@@ -144,6 +144,18 @@ class SourceTree:
         """All names that stand anywhere in the source but where a function is defined."""
         return {each.id for each in self.list_all_nodes() if isinstance(each, ast.Name)}
 
+    @cached_property
+    def _read_names(self) -> set[str]:
+        """All names and attributes that a line reads."""
+        leaves = (n for n in self.list_all_nodes() if isinstance(n, ast.Name | ast.Attribute))
+        read = (each for each in leaves if isinstance(each.ctx, ast.Load))
+        return {each.id if isinstance(each, ast.Name) else each.attr for each in read}
+
+    def is_unread(self, text: str) -> bool:
+        """Whether no line reads a name, or an attribute of its name of any object."""
+        name = text.rpartition(".")[2]
+        return name.isidentifier() and name not in self._read_names
+
     def list_arguments(self, function: str) -> list[str]:
         """Names of the arguments of a function of the source."""
         arguments = getattr(self.functions[function].node, "args", None)
@@ -190,11 +202,10 @@ class SourceTree:
             return self.kind(node.operand)
         if isinstance(node, ast.BinOp):
             left, right = self.kind(node.left), self.kind(node.right)
-            if isinstance(node.op, ast.MatMult):
-                shape = (*(left or ())[1:-1], *(right or ())[2:])
-                return None if None in (left, right) else ("array", *shape) if shape else NUMBER
             if left is None or right is None:
                 return None
+            if isinstance(node.op, ast.MatMult):
+                return find_product_kind(left, right)
             return next((each for each in (left, right) if each[0] == "array"), NUMBER)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute | ast.Name):
             name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
@@ -393,6 +404,12 @@ def _list_attributes(value: Any) -> list[str]:
         return []
     names = {*vars(value), *(n for n, v in vars(type(value)).items() if hasattr(v, "fget"))}
     return sorted(each for each in names if not each.startswith(("_", "model_")))
+
+
+def find_product_kind(left: Kind, right: Kind) -> Kind:
+    """The kind of a product of matrices or vectors."""
+    shape = *left[1:-1], *right[2:]
+    return ("array", *shape) if shape else NUMBER
 
 
 def find_kind(value: Any) -> Kind | None:

@@ -320,7 +320,20 @@ def make():
             torques.append(np.array([scale, q[1]]) @ (moment if i < 2 else force))
         return torques
 
-    return {"turn": turn, "pull": pull, "map": map, "sum": sum, "drive": drive}
+    def reduce(q):
+        H, c = np.diag([2.1, 1.3, 0.7]) + q[0], np.array([q[1], 0.4, q[0]])
+        base, side = np.linalg.inv(H[:2, :2]), H[:2, 2:]
+        reduced = H[2:, 2:] - side.T @ base @ side
+        bias = c[2:] - side.T @ base @ c[:2]
+        return reduced @ bias * (c[:2] @ c[:2])
+
+    def weigh(q):
+        load, ends = 1.9, [0.3, q[0], 0.8]
+        bodies = [(k, row[k], ends[k]) for k in range(2)]
+        bodies.append((len(bodies) - 1, load, ends[-1]))
+        return [np.sum([mass * end * ends[k] for k, mass, end in bodies])]
+
+    return {each.__name__: each for each in (turn, pull, map, sum, drive, reduce, weigh)}
 """
 
 
@@ -335,6 +348,8 @@ def make():
         ("H[1:3, 1:3]", "H[2, 2]"),
         ("frames[j].p", "f.p"),
         ("moment if i < 2 else force", "moment"),
+        (" - side.T @ base @ c[:2]", ""),
+        ("bodies.append((len(bodies) - 1, load, ends[-1]))", "pass"),
     ],
 )
 def test_orders_of_inertias_larger_indices_and_other_objects_are_found(tmp_path, right, wrong):
@@ -357,6 +372,25 @@ def make():
 """
     (edit,) = search(tmp_path, text, ('"two": b', '"two": a')).edits
     assert (edit.line, edit.remedy) == (6, "'two': a should be 'two': b")
+
+
+def test_the_derivative_by_coordinates_that_lagrange_needs_is_found(tmp_path):
+    text = """
+import sympy as sp
+
+def make():
+    q, w = sp.symbols("x:2"), sp.symbols("v:2")
+    T = w[0] ** 2 * sp.cos(q[1]) + w[1] ** 2 * (2 + sp.sin(q[0]))
+    forces = []
+    for i in range(2):
+        p = sp.diff(T, w[i])
+        rate = sum(sp.diff(p, q[k]) * w[k] for k in range(2))
+        forces.append(rate - sp.diff(T, q[i]))
+    evaluate = sp.lambdify((q, w), forces)
+    return {"bias": lambda x: evaluate(x[:2], [0.3, x[1]])}
+"""
+    (edit,) = search(tmp_path, text, (" - sp.diff(T, q[i])", "")).edits
+    assert edit.remedy.startswith("- sp.diff(T, q[i]) should follow ")
 
 
 def test_two_errors_are_one_answer(tmp_path):
