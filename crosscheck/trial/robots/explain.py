@@ -11,10 +11,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import join_words, list_first
-from crosscheck.trial.changes.forms import describe_pieces, format_factor
-from crosscheck.trial.changes.numbers import (
-    ALIKE,
-)
+from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.search import (
     CauseSearch,
     describe_causes,
@@ -34,19 +31,16 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
-from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
-from crosscheck.trial.robots.judge import (
-    SINGLE,
-    RobotProblem,
-    select_entry,
+from crosscheck.trial.robots.forms import (
+    describe_accelerations,
+    describe_asymmetry,
+    describe_friction,
+    describe_pieces,
+    format_factor,
 )
+from crosscheck.trial.robots.judge import SINGLE, RobotProblem, select_entry
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
-from crosscheck.trial.robots.readings import (
-    describe_coordinates,
-    find_readings,
-    is_nearer_absolute,
-)
-from crosscheck.trial.robots.rows import describe_asymmetry
+from crosscheck.trial.robots.readings import describe_coordinates, find_readings, is_nearer_absolute
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "the right value is 0"

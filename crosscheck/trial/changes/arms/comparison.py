@@ -23,12 +23,7 @@ from crosscheck.trial.changes.arms.segments import (
     find_columns,
     rate_name,
 )
-from crosscheck.trial.changes.arms.waves import (
-    FOLLOWS,
-    WaveBasis,
-    list_keys,
-    minimum_state_count,
-)
+from crosscheck.trial.changes.arms.waves import FOLLOWS, WaveBasis, list_keys, minimum_state_count
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.judge import entries

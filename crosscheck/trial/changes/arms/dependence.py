@@ -27,11 +27,7 @@ from crosscheck.trial.changes.arms.arm_numbers import (
     nonzero_substitute,
     replace_numbers,
 )
-from crosscheck.trial.changes.arms.comparison import (
-    EntryComparison,
-    Perform,
-    ask_and_compare,
-)
+from crosscheck.trial.changes.arms.comparison import EntryComparison, Perform, ask_and_compare
 from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 
 FEW_STATES = 3

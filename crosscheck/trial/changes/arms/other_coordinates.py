@@ -13,12 +13,7 @@ from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.arms.questions import VerificationProblem
-from crosscheck.trial.coordinates.readings import (
-    FITS,
-    Reading,
-    list_readings,
-    select_first_kind,
-)
+from crosscheck.trial.coordinates.readings import FITS, Reading, list_readings, select_first_kind
 
 if TYPE_CHECKING:
     from crosscheck.trial.robots.judge import RobotProblem
