@@ -53,9 +53,10 @@ from crosscheck.trial.coordinates.differences import (
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
-from crosscheck.trial.input.calls import LOADS, describe_failure
+from crosscheck.trial.input.calls import LOADS, TAKES, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
+from crosscheck.trial.judge.checks import COMPARED
 from crosscheck.trial.judge.entries import LevelDistance, NaturalSizes, compute_sizes
 
 SPEEDS = (-1.0, 2.0)
@@ -234,6 +235,12 @@ class StateQuestion(SelfKeyedTask):
 Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 
+def _ask_part(part: str, source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
+    given = {"t": state.t, "x": state.x, "v": state.u, "torque": state.torque}
+    answer: np.ndarray = getattr(source, part)(*(given[name] for name in TAKES[part]))
+    return answer
+
+
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
     return rate_terms(partial(source.bias, state.x), steps)
@@ -264,7 +271,8 @@ def _forces_by_torque(source: SuppliedEquations, state: UserState, a: np.ndarray
     """Forces (2 m + 2, n) at no torque, at each alone, at twice each alone, and at all together."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
-    return np.array([source.force_at(state._replace(torque=each)) for each in torques])
+    pushed = (state._replace(torque=each) for each in torques)
+    return np.array([_ask_part("force", source, each, a) for each in pushed])
 
 
 def _inverse_dynamics(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -275,16 +283,8 @@ def _inverse_dynamics(source: SuppliedEquations, state: UserState, a: np.ndarray
     )
 
 
-REPEATED: dict[str, Answer] = {
-    "mass_matrix": lambda source, state, a: source.mass_matrix(state.x),
-    "bias": lambda source, state, a: source.bias(state.x, state.u),
-    "gravity": lambda source, state, a: source.gravity(state.x),
-    "force": lambda source, state, a: source.force_at(state),
-    "acceleration": lambda source, state, a: source.acceleration_at(state),
-}
 QUESTIONS: dict[str, Answer] = {
-    **REPEATED,
-    **{f"{part}{AGAIN}": ask for part, ask in REPEATED.items()},
+    **{f"{part}{again}": partial(_ask_part, part) for part in COMPARED for again in ("", AGAIN)},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
     "gravity_slopes": _gravity_slopes,

@@ -30,7 +30,7 @@ class Single:
 
     row: what it makes at few states, once or in a step of its number where that is free; whole: at
     all states, of one without a robot; value: of its number, None where it is free; robot: with
-    one thing taken for another, where it is no sum.
+    one thing taken for another, where it is no sum; several: whether at every part of a kind.
     """
 
     words: str
@@ -39,6 +39,7 @@ class Single:
     robot: Robot | None = None
     number: RobotNumber | None = None
     value: float | None = None
+    several: bool = False
 
     @property
     def is_free(self) -> bool:
