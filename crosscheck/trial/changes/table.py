@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, multiply
+from crosscheck.checks.first_principles.slopes import compute_slopes, make_smooth_rule
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import (
@@ -19,7 +20,7 @@ from crosscheck.trial.changes.mistakes import (
 from crosscheck.trial.changes.numbers import FIXED, RobotNumber
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.steps import Steps, StepTable
-from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
+from crosscheck.trial.coordinates.differences import TURN_RAD
 
 RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M v)/dq
     "M' v alone, without -1/2 d(v' M v)/dq": (1.0, 0.0),
@@ -111,15 +112,11 @@ class ChangeTable:
         """Lagrange's rule for the bias of M with other factors, by the coordinate of a slope."""
         q, v = (each[self.several] for each in self.states[:2])
         model, steps = AnalyticRobot(self.robot, level), Steps()
-        still, (weights, _) = np.zeros_like(v), CENTRAL[1]
-        far = np.arange(len(weights)) - len(weights) // 2
         turned = TURN_RAD / np.maximum(1.0, np.abs(self.robot.joint_map[0]).sum(axis=0))
-        for place, name in enumerate(self.robot.coordinate_names):
-            unit = np.eye(len(turned))[place]
-            moved = [model.mass_matrix(q + by * turned[place] * unit) for by in far]
-            slope = np.tensordot(weights, moved, 1) / turned[place]
-            rate = v[:, place, None]
-            growth = multiply(slope, v) * rate
+        slopes = compute_slopes(model.mass_matrix, q, make_smooth_rule(turned))
+        names, units, still = self.robot.coordinate_names, np.eye(len(turned)), np.zeros_like(v)
+        for name, unit, slope in zip(names, units, slopes, strict=True):
+            growth = multiply(slope, v) * (v @ unit)[:, None]
             energy = np.einsum("sij,si,sj->s", slope, v, v)
             for rule, (by_growth, by_energy) in RULES.items():
                 bias = (by_growth - 1) * growth + (by_energy + 0.5) * np.outer(energy, unit)

@@ -221,19 +221,27 @@ def _wrong_parts(entries: Sequence[EntryMismatch]) -> list[str]:
 
 def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> EntryMismatch:
     """The entry with words on what it is beside the right one, where a few are enough."""
-    user_values = select_entry(problem.answers.values[entry.part], entry.place.index)
-    reference_values = select_entry(problem.reference_values[level][entry.part], entry.place.index)
-    size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place.index)
-    ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
-    is_quadratic = entry.part in ("bias", "acceleration")
-    wave = "" if is_quadratic else _describe_difference(problem, user_values - reference_values)
-    words = "; ".join(filter(None, (ratio_text, wave)))
+    part, right = entry.part, problem.reference_values[level]
+    arrays = problem.answers.values[part], right[part], problem.sizes[level].entry_sizes(part)
+    yours, expected, size = (select_entry(each, entry.place.index) for each in arrays)
+    may_wave = part not in ("bias", "acceleration")  # which have rates in them
+    words = _compare_values(problem, yours, expected, size * TOLERANCE, may_wave=may_wave)
     return replace(entry, notes=(words,) if words else ())
 
 
-def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
-    words = describe_angle_sum(difference, problem.states.q[: len(difference)], problem.robot)
-    return f"yours minus right is {words}" if words else ""
+def _compare_values(
+    problem: RobotProblem,
+    yours: np.ndarray,
+    right: np.ndarray,
+    rounding: np.ndarray,
+    *,
+    may_wave: bool = True,
+) -> str:
+    """Words on values (states,) beside the right ones: their ratio, and a wave between them."""
+    q, robot = problem.states.q[: len(yours)], problem.robot
+    wave = describe_angle_sum(yours - right, q, robot) if may_wave else ""
+    words = describe_ratio(yours, right, rounding), f"yours minus right is {wave}" * bool(wave)
+    return "; ".join(filter(None, words))
 
 
 def describe_ratio(
@@ -360,8 +368,7 @@ def _describe_products(
     others = list[str]()
     for row, name in enumerate(names):
         user_products, reference_products = (
-            user_terms.products[:, row],
-            reference_terms.products[:, row],
+            each.products[:, row] for each in (user_terms, reference_terms)
         )
         beyond = np.argwhere((differences[:, row] > TOLERANCE * sizes[:, row]).any(axis=0))
         if not beyond.size:
@@ -372,15 +379,9 @@ def _describe_products(
             terms_by_words.setdefault(whole, []).append(f"bias[{name}], all products of rates")
             continue
         for j, k in beyond.tolist():
-            ratio_text = describe_ratio(
-                user_products[:, j, k], reference_products[:, j, k], small[:, j, k]
-            )
-            wave = _describe_difference(
-                problem, user_products[:, j, k] - reference_products[:, j, k]
-            )
+            terms = (each[:, j, k] for each in (user_products, reference_products, small))
             term = f"bias[{name}] of {format_rates((j, k), names)}"
-            words = "; ".join(filter(None, (ratio_text, wave)))
-            if words:
+            if words := _compare_values(problem, *terms):
                 terms_by_words.setdefault(words, []).append(term)
             else:
                 others.append(term)

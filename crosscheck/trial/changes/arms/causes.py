@@ -15,12 +15,7 @@ import numpy as np
 from crosscheck.models.errors import InputError
 from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.arm_numbers import draw_probe_arms
-from crosscheck.trial.changes.arms.comparison import (
-    QUANTITIES,
-    EntryComparison,
-    Perform,
-    ask_and_compare,
-)
+from crosscheck.trial.changes.arms.comparison import EntryComparison, Perform, ask_and_compare
 from crosscheck.trial.changes.arms.dependence import Dependence, IgnoredNumber
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
 from crosscheck.trial.changes.arms.polynomial import as_polynomial
@@ -94,7 +89,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
         right, yours = (entries.format_rates(each, arm.problem.names) for each in rates)
         return replace(wrong, notes=(f"yours has {yours} where {right} belongs",))
     waves = arm.fit_waves(place)
-    arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
+    arms = [each for each in arms if place.quantity in each.user_values]
     target = make_entry_target(arms, place)
     sets = search_changes(target, _list_whole_weights(arms, place, target))
     if len(arms) == 1:  # whose numbers are met by many pairs
@@ -161,7 +156,7 @@ def _explain_parts(
     open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
     for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
         group = [wrong for wrong in open_entries if wrong.place.part == part]
-        quantity = QUANTITIES[part]
+        quantity = group[0].place.quantity
         if any(each.terms is None or quantity not in each.user_values for each in arms):
             continue
         group = _prefer_shared_errors(group, arms[0].values)

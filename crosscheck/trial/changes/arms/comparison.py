@@ -29,17 +29,9 @@ from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
 
-# Where each part is looked at entry by entry.
-BY_ENTRY = {
-    "mass_matrix": "mass_matrix",
-    "bias": "rate_terms",
-    "gravity": "gravity",
-    "force": "force",
-}
 UNQUADRATIC = "is no sum of products of two rates"
 Rates = tuple[int, int]
 Perform = Callable[[Sequence[ModelTask]], Results]
-QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
 
 @dataclass(frozen=True)
@@ -164,15 +156,14 @@ class EntryComparison:
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at the first states (K,), and the entry's size."""
-        quantity, index = QUANTITIES[place.part], place.index
+        quantity, index = place.quantity, place.index
         differences = self.user_values[quantity] - self.reference_values[quantity]
         return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
 
     def noise(self, place: EntryPlace) -> float:
         """Rounding of an entry's difference."""
-        quantity = QUANTITIES[place.part]
-        rounding = self.sizes.tolerance(quantity) - entries.LOOSEST
-        return rounding * float(self.sizes.entry_sizes(quantity)[place.index])
+        rounding = self.sizes.tolerance(place.quantity) - entries.LOOSEST
+        return rounding * float(self.sizes.entry_sizes(place.quantity)[place.index])
 
     @cached_property
     def _bases(self) -> dict[tuple[str, int], WaveBasis]:
@@ -234,8 +225,8 @@ class EntryComparison:
 
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:
     """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
-    quantities = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
-    return quantities or ["acceleration"]
+    parts = [part for part in ("mass_matrix", "bias", "gravity", "force") if part in problem.has]
+    return ["rate_terms" if part == "bias" else part for part in parts] or ["acceleration"]
 
 
 def compare_entries(problem: VerificationProblem, level: str, results: Results) -> EntryComparison:
