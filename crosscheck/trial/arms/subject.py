@@ -136,11 +136,6 @@ class ArmSubject(TrialSubject):
         """The laws of gears that the equations follow."""
         return select_switches(request.equations, request.mechanism, request.switches)
 
-    @property
-    def motors(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Joints that have a motor, from 0."""
-        return self.problem.motors
-
     def measure_levels(self) -> list[LevelDistance]:
         """How far the equations are from each rigid level, the nearest first."""
         problem, distances = self.problem, []

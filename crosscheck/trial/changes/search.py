@@ -34,7 +34,6 @@ from crosscheck.trial.changes.problem import (
 )
 from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
 from crosscheck.trial.judge.entries import PART_TITLES, LevelDistance
 
@@ -81,7 +80,7 @@ class StepRows(NamedTuple):
     rows: np.ndarray
 
 
-class CauseSearch(ValueSearch):
+class CauseSearch(PairSearch):
     """The search for what makes the difference between equations and a level."""
 
     def __init__(self, problem: ChangeProblem, table: ChangeTable | None = None) -> None:
@@ -178,7 +177,7 @@ class CauseSearch(ValueSearch):
 
         Those come first of which both are.
         """
-        pairs = dict(islice(self._pairs.find_pairs(places), MOST_EQUAL_PAIRS))
+        pairs = dict(islice(self.find_pairs(places), MOST_EQUAL_PAIRS))
         causes = [
             Cause(f"two changes: {words}", usual, is_compound=True)
             for words, usual in pairs.items()
@@ -186,11 +185,11 @@ class CauseSearch(ValueSearch):
         return sorted(causes, key=lambda cause: not cause.usual)
 
     @cached_property
-    def _pairs(self) -> PairSearch:
-        return PairSearch(self, list(self._list_singles()))
-
-    def _list_singles(self) -> Iterator[Single]:
+    def singles(self) -> list[Single]:
         """Every single change, of which two may be made: numbers first."""
+        return [*self._list_number_changes(), *self._mistakes]
+
+    def _list_number_changes(self) -> Iterator[Single]:
         few = self.problem.list_places(self.table.few)
         linears, squares = self.number_rows
         numbers = self.table.select_numbers(self.level)
@@ -202,7 +201,6 @@ class CauseSearch(ValueSearch):
                 steps = (value - number.value) / number.step
                 row = linear * steps + square * steps**2
                 yield Single("", row, number=number, value=value)
-        yield from self._mistakes
 
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""

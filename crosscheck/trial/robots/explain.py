@@ -40,7 +40,7 @@ from crosscheck.trial.robots.forms import (
 )
 from crosscheck.trial.robots.judge import SINGLE, RobotProblem, select_entry
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
-from crosscheck.trial.robots.readings import describe_coordinates, find_readings, is_nearer_absolute
+from crosscheck.trial.robots.readings import find_readings, is_nearer_absolute
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "the right value is 0"
@@ -69,16 +69,8 @@ def diagnose(
     if not explanations and _are_several_wrong(problem, level):
         level, explanations = find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
-    if (
-        not explanations
-        and problem.equations.has_open_angles
-        and is_nearer_absolute(
-            problem,
-            level,
-            describe_coordinates(problem.robot),
-            problem.sizes[level].tolerance,
-        )
-    ):
+    is_open = not explanations and problem.equations.has_open_angles
+    if is_open and is_nearer_absolute(problem, level):
         return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]

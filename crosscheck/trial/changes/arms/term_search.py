@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement
-from itertools import product as choices
 
 import numpy as np
 
@@ -30,7 +29,6 @@ LARGEST = 1e3  # largest effect of a change in a pair, over the difference
 MOST_OTHERS = 6
 UNLIKELY = 1.6  # a cost from which a term too many may be as likely
 FAR_FETCHED = 0.5  # largest cost above the likeliest explanation's that is reported
-MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
 ChangeSet = tuple[TermChange, ...]
@@ -39,7 +37,7 @@ MOST_STATES = 60
 
 
 def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[ChangeSet]:
-    """The changes that make a target, likeliest first: one; one for each wave; two together.
+    """The changes that make a target, likeliest first: one, else two together.
 
     others: further changes, such as other laws of a mesh.
     """
@@ -51,15 +49,12 @@ def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[Ch
     if is_open and 0 < len(target.parts) <= MOST_WRONG:
         changes += list_extra_terms(target)
         single = find_singles(target, changes)
-    return select_likely(single or _find_covers(target, changes) or _find_pairs(target, changes))
+    return select_likely(single or _find_pairs(target, changes))
 
 
-def find_singles(
-    target: Target, changes: Sequence[TermChange], key: TermKey | None = None
-) -> list[ChangeSet]:
-    """Changes of which each makes the difference, or its part before a wave."""
-    goal = target.difference if key is None else target.parts[key]
-    off = np.abs(_stack(target, changes) - goal) <= target.tolerance
+def find_singles(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
+    """Changes of which each makes the difference."""
+    off = np.abs(_stack(target, changes) - target.difference) <= target.tolerance
     return [(changes[number],) for number in np.flatnonzero(off.all(axis=(1, 2))).tolist()]
 
 
@@ -108,17 +103,6 @@ def _fingerprint(changes: ChangeSet) -> tuple[str, ...]:
     size = np.abs(total).max()
     kept = np.where(np.abs(total) > ROUNDING * size, total, 0.0)
     return tuple(f"{number:.8e}" for number in kept)
-
-
-def _find_covers(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
-    """Sets of changes of which each makes the difference before one wave."""
-    if not 1 < len(target.parts) <= MOST_WRONG:
-        return []
-    likely = [select_likely(find_singles(target, changes, key)) for key in target.parts]
-    chosen = [[each for (each,) in sets][:MOST_PER_KEY] for sets in likely]
-    if len(chosen) > 3 and all(chosen):
-        chosen = [each[:1] for each in chosen]
-    return list(choices(*chosen))
 
 
 def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
