@@ -43,12 +43,11 @@ _trial_lock = threading.Lock()
 class TrialSubject(ABC):
     """Equations that have answered, as an arm or a robot supplies them to a trial.
 
-    problem: the equations and what they are compared with; motors: joints that have one, from 0;
-    whole: parts without which equations are not complete.
+    problem: the equations and what they are compared with; whole: parts without which equations
+    are not complete.
     """
 
     problem: Any
-    motors: tuple[int, ...]
     whole: tuple[str, ...] = ()
     explains_faults = False  # whether notes explain what wrong parts owe to themselves
 
@@ -150,7 +149,7 @@ def _run_once(
 
 def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     problem = subject.problem
-    names = problem.mechanism.coordinate_names
+    names, motors = problem.mechanism.coordinate_names, problem.motors
     distances = subject.measure_levels()
     diagnosis = subject.diagnose(distances)
     level = diagnosis.level
@@ -163,14 +162,14 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     record = record_provenance(*settings, packages=packages(), model=check.model)
     notes = [*subject.list_notes(diagnosis)]
     if problem.equations.drive is None:
-        idle = find_idle_motors(answers, subject.motors)
-        notes += _describe_idle_motors(names, subject.motors, idle, problem.equations)
+        idle = find_idle_motors(answers, motors)
+        notes += _describe_idle_motors(names, motors, idle, problem.equations)
     wrong = {entry.part for entry in diagnosis.entries if subject.explains_faults or entry.notes}
     self_checks = [
         each for each in self_checks if each.part not in wrong or each.finding.verdict == "failed"
     ]
     relative_errors, allowed = subject.measure_errors(level)
-    remarks = [*subject.list_remarks(), *_describe_motors(names, subject.motors)]
+    remarks = [*subject.list_remarks(), *_describe_motors(names, motors)]
     missing = [part for part in subject.whole if part not in answers.values]
     reasons = dict.fromkeys(missing, "not supplied")
     reasons |= {part: why.kind for part, why in answers.failures.items()}

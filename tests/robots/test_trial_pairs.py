@@ -32,5 +32,5 @@ def test_pairs_of_rows_by_one_matrix():
 
 def test_of_pairs_of_changes_those_of_two_usual_ones_come_first():
     pairs = SimpleNamespace(find_pairs=lambda _: {"a and b": False, "c and d": True}.items())
-    causes = CauseSearch.find_pair_causes(SimpleNamespace(_pairs=pairs))
+    causes = CauseSearch.find_pair_causes(pairs)
     assert [cause.usual for cause in causes] == [True, False]

@@ -26,7 +26,7 @@ from crosscheck.trial.changes.search import (
     solve_step,
 )
 from crosscheck.trial.changes.steps import StepTable
-from crosscheck.trial.changes.values import ValueSearch
+from crosscheck.trial.changes.table import ValueSearch
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
 from tests.robots import chains, two_link

@@ -18,8 +18,8 @@ from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.rendering import keep_minus
 from crosscheck.run import CrossCheck
-from crosscheck.trial.arms.entry_notes import describe_point_masses, describe_unfollowed
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.term_words import describe_point_masses, describe_unfollowed
 from tests.baselines.short import green, invented_check, red
 from tests.trial.trial_views import kept_arm
 

@@ -108,8 +108,6 @@ def test_a_number_of_an_arm_is_replaced_alone():
         other = arm_numbers.replace_numbers(ARM, {name: before[name] * by})
         after = {each: arm_numbers.get_number(other, each) for each in ARM_NUMBERS}
         assert after == before | {name: before[name] * by}
-    scaled = arm_numbers.scale_by_powers(5.0, {"a": 2, "b": -1}, {"a": 3.0, "b": 4.0}.__getitem__)
-    assert scaled == pytest.approx(5 * 9 / 4)
 
 
 def test_what_is_absent_from_an_arm_is_no_number_of_it():

@@ -16,7 +16,7 @@ from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import build
 from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.arms.subject import build_problem
-from crosscheck.trial.changes.arms.probe import draw_probe_arms
+from crosscheck.trial.changes.arms.arm_numbers import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -130,7 +130,9 @@ def test_probe_arms_have_as_many_planets_that_mesh_in_the_same_order(planets, la
     ring = teeth["sun_teeth"] + 2 * teeth["planet_teeth"]
     joint = {**labelled.joints[0].model_dump(), **teeth, "ring_teeth": ring}
     joints = [{**joint, "planet_count": planets}] * 2
-    probe, _ = draw_probe_arms(Arm.model_validate({**labelled.model_dump(), "joints": joints}), 2)
+    probe, _ = draw_probe_arms(
+        Arm.model_validate({**labelled.model_dump(), "joints": joints}), 2, {}
+    )
     assert [made.planet_count for made in probe.joints] == [planets] * 2
     assert [(made.sun_teeth + 1) % planets for made in probe.joints] == [0, 0]
     assert probe.joints[0].sun_teeth != probe.joints[1].sun_teeth

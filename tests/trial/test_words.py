@@ -9,12 +9,12 @@ import pytest
 from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.robot.file import load_robot
-from crosscheck.trial.arms.entry_notes import describe_entries, describe_unexplained
 from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import TermChange
+from crosscheck.trial.changes.arms.term_words import describe_entries, describe_unexplained
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (

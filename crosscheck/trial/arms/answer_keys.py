@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck.models.files import list_leaf_values
 from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem
-from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
+from crosscheck.trial.changes.arms.causes import build_probe_problems
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck import registry
 from crosscheck.analytic.robot.model import multiply
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
@@ -26,17 +27,6 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, make_rest_scenario
 from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.planning.sizing import make_unequal_gains_scenario
-from crosscheck.registry import (
-    LEVELS,
-    MODELS,
-    RIGID_ARM,
-    RIGID_LEVELS,
-    find_level_models,
-    is_rigid_arm,
-    model_names,
-    reference_model,
-    select_with_method,
-)
 from crosscheck.report.formatting import format_count
 from crosscheck.run import run_tasks
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask, failure_from_error
@@ -53,9 +43,10 @@ from crosscheck.trial.coordinates.differences import (
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
-from crosscheck.trial.input.calls import LOADS, describe_failure
+from crosscheck.trial.input.calls import LOADS, TAKES, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
+from crosscheck.trial.judge.checks import COMPARED
 from crosscheck.trial.judge.entries import LevelDistance, NaturalSizes, compute_sizes
 
 SPEEDS = (-1.0, 2.0)
@@ -234,6 +225,12 @@ class StateQuestion(SelfKeyedTask):
 Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 
+def _ask_part(part: str, source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
+    given = {"t": state.t, "x": state.x, "v": state.u, "torque": state.torque}
+    answer: np.ndarray = getattr(source, part)(*(given[name] for name in TAKES[part]))
+    return answer
+
+
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
     return rate_terms(partial(source.bias, state.x), steps)
@@ -264,7 +261,8 @@ def _forces_by_torque(source: SuppliedEquations, state: UserState, a: np.ndarray
     """Forces (2 m + 2, n) at no torque, at each alone, at twice each alone, and at all together."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
-    return np.array([source.force_at(state._replace(torque=each)) for each in torques])
+    pushed = (state._replace(torque=each) for each in torques)
+    return np.array([_ask_part("force", source, each, a) for each in pushed])
 
 
 def _inverse_dynamics(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -275,16 +273,8 @@ def _inverse_dynamics(source: SuppliedEquations, state: UserState, a: np.ndarray
     )
 
 
-REPEATED: dict[str, Answer] = {
-    "mass_matrix": lambda source, state, a: source.mass_matrix(state.x),
-    "bias": lambda source, state, a: source.bias(state.x, state.u),
-    "gravity": lambda source, state, a: source.gravity(state.x),
-    "force": lambda source, state, a: source.force_at(state),
-    "acceleration": lambda source, state, a: source.acceleration_at(state),
-}
 QUESTIONS: dict[str, Answer] = {
-    **REPEATED,
-    **{f"{part}{AGAIN}": ask for part, ask in REPEATED.items()},
+    **{f"{part}{again}": partial(_ask_part, part) for part in COMPARED for again in ("", AGAIN)},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
     "gravity_slopes": _gravity_slopes,
@@ -349,9 +339,9 @@ class VerificationProblem:
         if not level:
             geared = f"geared equations, planets {self.gearing}"
             return geared, geared
-        if is_rigid_arm(self.case.arm):
-            return f"the {RIGID_ARM}", f"the {RIGID_ARM}"
-        return level, f"{level} ({LEVELS[level]})"
+        if registry.is_rigid_arm(self.case.arm):
+            return f"the {registry.RIGID_ARM}", f"the {registry.RIGID_ARM}"
+        return level, f"{level} ({registry.LEVELS[level]})"
 
     @property
     def has_gravity(self) -> bool:
@@ -384,15 +374,15 @@ class VerificationProblem:
         """The rigid levels that the model may be, the richest last; '' of a geared one."""
         if self.gearing != "rigid":
             return ("",)
-        return (self.equations.level,) if self.equations.level else RIGID_LEVELS
+        return (self.equations.level,) if self.equations.level else registry.RIGID_LEVELS
 
     def engines(self, level: str = "") -> tuple[str, ...]:
         """The models to compare with, the reference first: of a rigid level, or geared ones."""
         if level:
-            models = find_level_models(level)
-            return tuple(sorted(models, key=lambda name: MODELS[name].order is None))
-        geared = select_with_method("mass_matrix", model_names("geared"))
-        return tuple(dict.fromkeys((reference_model(), *geared)))
+            models = registry.find_level_models(level)
+            return tuple(sorted(models, key=lambda name: registry.MODELS[name].order is None))
+        geared = registry.select_with_method("mass_matrix", registry.model_names("geared"))
+        return tuple(dict.fromkeys((registry.reference_model(), *geared)))
 
     def reference(self, level: str) -> str:
         """The model that entries are compared with one by one."""
@@ -437,28 +427,18 @@ class VerificationProblem:
         values = self.evaluate(self.reference(level), quantity)
         return None if isinstance(values, Failure) else values
 
-    def list_trusted_answers(
-        self, level: str
-    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
-        """The reference's M (count, n, n), force, acceleration and gravity (count, n).
-
-        None where it has no answer; no gravity of equations that count the weights in force. Raises
-        Unfinished without M.
-        """
-        mass = self.evaluate(self.reference(level), "mass_matrix")
-        if isinstance(mass, Failure):
-            raise Unfinished(f"{self.name} cannot be judged: {self.reference(level)}: {mass}")
-        force, acceleration = (self.find_right(level, part) for part in LOADS)
-        gravity = self.find_right(level, "gravity") if self.has_gravity else None
-        return mass, force, acceleration, gravity
-
     def compute_sizes(self, level: str) -> NaturalSizes:
-        """Natural sizes by the reference's answers. Raises Unfinished."""
-        key = level, "sizes"
+        """Natural sizes by the reference's answers. Raises Unfinished without its M."""
+        key, reference = (level, "sizes"), self.reference(level)
         if key not in self._kept:
+            mass = self.evaluate(reference, "mass_matrix")
+            if isinstance(mass, Failure):
+                raise Unfinished(f"{self.name} cannot be judged: {reference}: {mass}")
+            parts = (*LOADS, "gravity") if self.has_gravity else LOADS
+            right = {part: self.find_right(level, part) for part in parts}
             precision = self.equations.table.precision if self.equations.table else 0.0
-            answers = self.list_trusted_answers(level)
-            self._kept[key] = compute_sizes(self.frame, self.states, *answers, precision)
+            given = self.frame, self.states, mass
+            self._kept[key] = compute_sizes(*given, **right, precision=precision)
         sizes: NaturalSizes = self._kept[key]
         return sizes
 

@@ -24,13 +24,6 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.arms import suite
 from crosscheck.trial.arms.answer_keys import make_arm_answer_keys
-from crosscheck.trial.arms.entry_notes import (
-    describe_entries,
-    describe_point_masses,
-    describe_unexplained,
-    describe_unfollowed,
-    name_entry,
-)
 from crosscheck.trial.arms.model import make_registry_entry, select_switches
 from crosscheck.trial.arms.questions import (
     VerificationProblem,
@@ -40,16 +33,23 @@ from crosscheck.trial.arms.questions import (
     skip_dependent_tasks,
 )
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
+from crosscheck.trial.changes.arms.causes import Diagnosis, build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
     compare_entries,
     list_entry_questions,
 )
 from crosscheck.trial.changes.arms.dependence import Perform
-from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.other_coordinates import find_readings, is_nearer_absolute
 from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.steps import LevelChanges, find_changes
+from crosscheck.trial.changes.arms.term_words import (
+    describe_entries,
+    describe_point_masses,
+    describe_unexplained,
+    describe_unfollowed,
+    name_entry,
+)
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
@@ -135,11 +135,6 @@ class ArmSubject(TrialSubject):
     def select_laws(request: TrialRequest) -> Switches:
         """The laws of gears that the equations follow."""
         return select_switches(request.equations, request.mechanism, request.switches)
-
-    @property
-    def motors(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Joints that have a motor, from 0."""
-        return self.problem.motors
 
     def measure_levels(self) -> list[LevelDistance]:
         """How far the equations are from each rigid level, the nearest first."""

@@ -24,20 +24,7 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
 from crosscheck.trial.arms.questions import AGAIN, PART_OF, VerificationProblem
 from crosscheck.trial.input.calls import LOADS
-from crosscheck.trial.judge import entries
-from crosscheck.trial.judge.checks import (
-    CHRISTOFFEL,
-    COMPARED,
-    GRADIENT,
-    INVERSE,
-    WHOLE,
-    AnswerSet,
-    Identity,
-    PartSize,
-    judge_engine,
-    make_part_size,
-    make_second_law,
-)
+from crosscheck.trial.judge import checks, entries
 from crosscheck.trial.judge.entries import NaturalSizes
 
 RUN = "trial-run"
@@ -49,7 +36,7 @@ LOST = Failure("Lost", "no result came back")
 def list_quantities(problem: VerificationProblem) -> list[str]:
     """What is asked of the equations."""
     has, equations = problem.has, problem.equations
-    parts = [part for part in COMPARED if part in has]
+    parts = [part for part in checks.COMPARED if part in has]
     supplied = [p for p in parts if p not in LOADS or getattr(equations, p) is not None]
     is_there = {
         "other_speeds": "bias" in has,
@@ -63,7 +50,7 @@ def list_quantities(problem: VerificationProblem) -> list[str]:
     return [*parts, *(f"{part}{AGAIN}" for part in supplied), *more]
 
 
-def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet:
+def collect_answers(problem: VerificationProblem, results: Results) -> checks.AnswerSet:
     """The answers of the equations, to be judged. Raises MissingResult without a reference's M."""
     values, failures = dict[str, np.ndarray](), dict[str, Failure]()
     for quantity in list_quantities(problem):
@@ -73,31 +60,31 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
             failures.setdefault(PART_OF.get(part, part), outcome)
         else:
             values[quantity] = outcome
-    parts = {part: values[part] for part in COMPARED if part in values}
+    parts = {part: values[part] for part in checks.COMPARED if part in values}
     natural = {part: _sizes_in_user_unit(problem, results, part) for part in parts}
-    sizes = {part: make_part_size(each, part) for part, each in natural.items()}
-    identities, symmetry, by_mass = list[Identity](), None, natural.get("mass_matrix")
+    sizes = {part: checks.make_part_size(each, part) for part, each in natural.items()}
+    identities, symmetry, by_mass = list[checks.Identity](), None, natural.get("mass_matrix")
     if by_mass is not None:
         rounding = SYMMETRY + by_mass.file_rounding("mass_matrix")
-        symmetry = PartSize(by_mass.mass, rounding, "rounding of the entries' natural sizes")
+        symmetry = checks.PartSize(by_mass.mass, rounding, "rounding of the entries' natural sizes")
         if {"rate_terms", "christoffel"} <= set(values):
-            size, demanded = make_part_size(by_mass, "rate_terms"), values["christoffel"]
+            size, demanded = checks.make_part_size(by_mass, "rate_terms"), values["christoffel"]
             terms = values["rate_terms"][: len(demanded)]
-            identities.append(Identity(*CHRISTOFFEL, size, terms, demanded, axes=3))
+            identities.append(checks.Identity(*checks.CHRISTOFFEL, size, terms, demanded, axes=3))
         if "inverse_dynamics" in values:
             given, expected, a = values["inverse_dynamics"].swapaxes(0, 1)
             whole = by_mass.bias + by_mass.mass @ np.abs(a).max(axis=0)
-            size = make_part_size(by_mass, "bias")._replace(entries=whole)
-            identities.append(Identity(*INVERSE, size, given, expected))
+            size = checks.make_part_size(by_mass, "bias")._replace(entries=whole)
+            identities.append(checks.Identity(*checks.INVERSE, size, given, expected))
     if "gravity" in parts and "gravity_slopes" in values:
         size = sizes["gravity"]._replace(entries=natural["gravity"].gravity_slopes)
         size, slopes = size.scale_to_slopes(), values["gravity_slopes"]
-        gradient = Identity(*GRADIENT, size, slopes, slopes.swapaxes(1, 2), axes=2)
+        gradient = checks.Identity(*checks.GRADIENT, size, slopes, slopes.swapaxes(1, 2), axes=2)
         identities.append(gradient)
-    if problem.equations.acceleration is not None and set(parts) >= {*WHOLE}:
+    if problem.equations.acceleration is not None and set(parts) >= {*checks.WHOLE}:
         gravity = parts.get("gravity", 0.0)
-        identities.append(make_second_law(sizes["force"], parts, gravity, parts["force"]))
-    return AnswerSet(
+        identities.append(checks.make_second_law(sizes["force"], parts, gravity, parts["force"]))
+    return checks.AnswerSet(
         name=problem.name,
         mechanism=problem.case.arm.name,
         names=problem.frame.names,
@@ -114,7 +101,7 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
 
 
 def judge_engines(
-    problem: VerificationProblem, answers: AnswerSet, level: str
+    problem: VerificationProblem, answers: checks.AnswerSet, level: str
 ) -> Iterator[Finding]:
     """Compare every part with every engine: they must agree at this level.
 
@@ -124,14 +111,16 @@ def judge_engines(
     distinct = {level, *(group[0] for group in groups if level not in group)}
     for each in (each for each in problem.levels if each in distinct):
         natural, engines = problem.compute_sizes(each), problem.engines(each)
-        sizes = {part: make_part_size(natural, part) for part in answers.values}
+        sizes = {part: checks.make_part_size(natural, part) for part in answers.values}
         by_engine = {
             engine: {part: problem.evaluate(engine, part) for part in answers.values}
             for engine in engines
         }
         for engine, values in by_engine.items():
             right = by_engine[engines[0]]
-            yield from judge_engine(answers, engine, values, sizes, right, is_binding=each == level)
+            yield from checks.judge_engine(
+                answers, engine, values, sizes, right, is_binding=each == level
+            )
 
 
 def _sizes_in_user_unit(
@@ -159,7 +148,7 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     There are none if the map is a function: it need not reach every pose that these checks draw.
     """
     rigid = problem.gearing == "rigid"
-    if rigid or problem.frame.matrix is None or not problem.has >= {*WHOLE}:
+    if rigid or problem.frame.matrix is None or not problem.has >= {*checks.WHOLE}:
         return
     name, case = problem.name, problem.case
     reference = sample_model(

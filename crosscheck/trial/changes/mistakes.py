@@ -24,7 +24,7 @@ from crosscheck.models.robot.robot import (
     Rotor,
     compute_point_inertia,
 )
-from crosscheck.models.robot.tree import merge_bodies
+from crosscheck.models.robot.tree import merge_bodies, rotate_about
 from crosscheck.models.robot.urdf import read_urdf, roll_pitch_yaw
 from crosscheck.trial.changes.numbers import (
     AXES,
@@ -38,7 +38,6 @@ from crosscheck.trial.changes.numbers import (
     list_numbers,
     name_part,
     put_value,
-    rotate_by,
     set_entry,
 )
 
@@ -225,6 +224,7 @@ def _confuse_all(
 def _confuse_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:
     """Words on what a joint's frame may be taken for, and the joint so."""
     turn, position = joint.placement.rotation, joint.placement.position
+    x, y, z = map(rotate_about, np.eye(3), roll_pitch_yaw(turn))
     yield "its axis the other way", replace(joint, axis=-joint.axis)
     yield "its axis in the frame of the link before", replace(joint, axis=turn.T @ joint.axis)
     for axis, unit in zip(AXES, np.eye(3), strict=True):
@@ -233,11 +233,7 @@ def _confuse_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:
         ("its place left out", turn, 0 * position),
         ("its frame turned the other way", turn.T, position),
         ("its frame not turned", np.eye(3), position),
-        (
-            "its rpy turned in the other order, about x last",
-            rotate_by(roll_pitch_yaw(turn), (2, 1, 0)),
-            position,
-        ),
+        ("its rpy turned in the other order, about x last", x @ y @ z, position),
     ):
         yield words, replace(joint, placement=Placement(other, place))
 

@@ -246,16 +246,6 @@ def set_entry(values: np.ndarray, place: tuple[int, ...], value: float) -> np.nd
     return changed
 
 
-def rotate_by(angles: np.ndarray, order: Sequence[int] = (0, 1, 2)) -> np.ndarray:
-    """The rotation by roll, pitch and yaw about fixed axes, in an order of these."""
-    rotation = np.eye(3)
-    for axis in order:
-        cross = np.cross(np.eye(3), np.eye(3)[axis])
-        turned = np.sin(angles[axis]) * cross + (1 - np.cos(angles[axis])) * cross @ cross
-        rotation = rotation + turned @ rotation
-    return rotation
-
-
 def name_part(robot: Robot, kind: str, number: int) -> str:
     """What sentences call a body, joint, rotor or stage."""
     if kind == "bodies":

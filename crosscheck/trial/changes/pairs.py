@@ -6,6 +6,7 @@ of their products says what every pair leaves.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,7 +17,7 @@ from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.changes.numbers import RobotNumber
 from crosscheck.trial.changes.problem import Places
-from crosscheck.trial.changes.values import ValueSearch
+from crosscheck.trial.changes.table import ValueSearch
 
 FITS = 1e-6  # largest residual of a pair at the screened states, over the difference's norm
 LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
@@ -30,7 +31,7 @@ class Single:
 
     row: what it makes at few states, once or in a step of its number where that is free; whole: at
     all states, of one without a robot; value: of its number, None where it is free; robot: with
-    one thing taken for another, where it is no sum.
+    one thing taken for another, where it is no sum; several: whether at every part of a kind.
     """
 
     words: str
@@ -39,6 +40,7 @@ class Single:
     robot: Robot | None = None
     number: RobotNumber | None = None
     value: float | None = None
+    several: bool = False
 
     @property
     def is_free(self) -> bool:
@@ -60,16 +62,13 @@ class ChangePair(NamedTuple):
     times: float
 
 
-class PairSearch:
+class PairSearch(ValueSearch, ABC):
     """The search for two changes that together make the difference from a level."""
 
-    def __init__(self, search: ValueSearch, singles: Sequence[Single]) -> None:
-        self.search, self.problem, self.table = search, search.problem, search.table
-        self.changes = singles
-        self.rows = np.array([each.row for each in singles])
-        self.is_free = np.array([each.is_free for each in singles])
-        # Of one number there are several changes, two of which are none.
-        self.owners = np.array([id(each.number or each) for each in singles])
+    @property
+    @abstractmethod
+    def singles(self) -> Sequence[Single]:
+        """The changes that may be one of two."""
 
     def find_pairs(self, places: Places) -> Iterator[tuple[str, bool]]:
         """Pairs that leave nothing of the difference in some places, in words.
@@ -78,35 +77,39 @@ class PairSearch:
         """
         described = set[str]()
         at, chosen = self.problem.select_screened(places, self.table.few)
-        difference, rows = self.problem.difference[at], self.rows[:, chosen]
+        difference = self.problem.difference[at]
+        rows = np.array([each.row[chosen] for each in self.singles])
+        is_free = np.array([each.is_free for each in self.singles])
+        # Of one number there are several changes, two of which are none.
+        owners = np.array([id(each.number or each) for each in self.singles])
         sizes, norm = np.linalg.norm(rows, axis=1), float(np.linalg.norm(difference))
         is_part = (sizes > TOLERANCE * np.sqrt(len(at))) & (sizes <= LARGEST * norm)
         kept = np.flatnonzero(is_part)
-        pairs = rank_pairs(rows[kept], self.is_free[kept], difference, self.owners[kept])
+        pairs = rank_pairs(rows[kept], is_free[kept], difference, owners[kept])
         for i, j, times in pairs:
-            pair = self.changes[kept[i]], self.changes[kept[j]]
+            pair = self.singles[kept[i]], self.singles[kept[j]]
             factors = [times if each.is_free else 1.0 for each in pair]
             if np.linalg.norm(difference - factors @ rows[kept[[i, j]]]) > FITS * norm:
                 continue
             words = sorted(self._describe(each, times) for each in pair)
             together = "; and ".join(words)
-            if together not in described and all(words) and self._explains(pair, times, places):
+            if together not in described and all(words) and self._makes_all(pair, times, places):
                 described.add(together)
-                yield together, all(self._is_usual(each, times) for each in pair)
+                yield together, all(self._is_likely(each, times) for each in pair)
 
     def _describe(self, change: Single, times: float) -> str:
         """The words on a change; '' for a value that no robot has."""
         if change.number is None:
             return change.words
         value = change.get_value(times)
-        is_possible = self.search.is_possible(change.number, value)
-        return self.search.describe_value(change.number, value) if is_possible else ""
+        is_possible = self.is_possible(change.number, value)
+        return self.describe_value(change.number, value) if is_possible else ""
 
-    def _is_usual(self, change: Single, times: float) -> bool:
+    def _is_likely(self, change: Single, times: float) -> bool:
         number = change.number
-        return number is None or self.search.is_usual(number, change.get_value(times))
+        return number is None or self.is_usual(number, change.get_value(times))
 
-    def _explains(self, pair: Sequence[Single], times: float, places: Places) -> bool:
+    def _makes_all(self, pair: Sequence[Single], times: float, places: Places) -> bool:
         """Whether a pair explains the difference at all states."""
         total = np.zeros_like(self.problem.difference)
         for each in pair:

@@ -12,7 +12,7 @@ import numpy as np
 
 from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import Robot, RobotBody
-from crosscheck.trial.changes.mistakes import RobotMistake, list_frame_mistakes
+from crosscheck.trial.changes.mistakes import list_frame_mistakes
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     AXES,
@@ -34,7 +34,6 @@ from crosscheck.trial.changes.problem import (
 )
 from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
 from crosscheck.trial.judge.entries import PART_TITLES, LevelDistance
 
@@ -81,7 +80,7 @@ class StepRows(NamedTuple):
     rows: np.ndarray
 
 
-class CauseSearch(ValueSearch):
+class CauseSearch(PairSearch):
     """The search for what makes the difference between equations and a level."""
 
     def __init__(self, problem: ChangeProblem, table: ChangeTable | None = None) -> None:
@@ -94,8 +93,9 @@ class CauseSearch(ValueSearch):
         numbers = list(self._find_numbers(places))
         plain = [cause for number, cause in numbers if not number.factor]
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
-        alone, several = self._find_mistakes(places)
-        return [*numbers_alone, *(alone or several)]
+        mistakes = list(self._find_mistakes(places))
+        alone = [each for each in mistakes if not each.several] or mistakes
+        return [*numbers_alone, *(Cause(each.words, usual=True) for each in alone)]
 
     @cached_property
     def number_rows(self) -> tuple[np.ndarray, np.ndarray]:
@@ -131,11 +131,6 @@ class CauseSearch(ValueSearch):
         return self.row(self.table.compute_changes([robot], self.level))[0]
 
     @cached_property
-    def body_rows(self) -> list[StepRows]:
-        """What numbers of links may be taken for."""
-        return self._lay_out_steps(self.table.body_steps, slice(None))
-
-    @cached_property
     def step_rows(self) -> list[StepRows]:
         """All mistakes in Kane's sum, at several states."""
         return self._lay_out_steps(self.table.list_steps(self.level), self.table.several)
@@ -148,51 +143,41 @@ class CauseSearch(ValueSearch):
         return rows
 
     @cached_property
-    def frame_mistakes(self) -> list[RobotMistake]:
-        """Each thing that may be taken for another in joints, rotors and gravity."""
-        return list(list_frame_mistakes(self.table.robot, self.level))
-
-    @cached_property
-    def frame_rows(self) -> np.ndarray:
-        """Effect of each of these on the row at few states."""
-        robots, few = [each.robot for each in self.frame_mistakes], self.table.few
-        return self.row(self.table.compute_changes(robots, self.level, few), few)
-
-    def _find_robots(self, places: Places) -> Iterator[RobotMistake]:
-        """The mistakes in joints, rotors and gravity that explain some places."""
-        at, chosen = self.problem.select_screened(places, self.table.few)
-        left = np.abs(self.frame_rows[:, chosen] - self.difference[at])
-        near = (left - 2 * self.problem.allowed[at] <= TOLERANCE).all(axis=1)
-        for number in np.flatnonzero(near).tolist():
-            mistake = self.frame_mistakes[number]
-            if self._explains(self._compute_row(mistake.robot), places):
-                yield mistake
-
-    def _explains(self, row: np.ndarray, places: Places) -> bool:
-        """Whether a change that has an effect in some places explains the difference there."""
-        has_effect = np.abs(row[places]).max(initial=0.0) > TOLERANCE
-        return bool(has_effect) and self.can_explain(row, places)
-
-    def _find_mistakes(self, places: Places) -> tuple[list[Cause], list[Cause]]:
-        """One thing taken for another: at one link, joint or rotor; at every one."""
-        alone, several = list[Cause](), list[Cause]()
-        for words, names, rows in self.body_rows:
+    def _mistakes(self) -> list[Single]:
+        """Each thing that may be taken for another: at one link, joint or rotor; at every one."""
+        few, singles = self.problem.list_places(self.table.few), list[Single]()
+        for words, names, rows in self._lay_out_steps(self.table.body_steps, slice(None)):
             for name, row in zip(names, rows, strict=True):
-                if self._explains(row, places):
-                    alone.append(Cause(f"{name}: {words}", usual=True))
-            total = rows.sum(axis=0)
-            if len(names) > 1 and self._explains(total, places):
-                several.append(Cause(f"{_join_names(names, names)}: {words}", usual=True))
-        for mistake in self._find_robots(places):
-            (several if mistake.several else alone).append(Cause(mistake.words, usual=True))
-        return alone, several
+                singles.append(Single(f"{name}: {words}", row[few], row))
+            if len(names) > 1:
+                every, together = rows.sum(axis=0), _join_names(names, names)
+                singles.append(Single(f"{together}: {words}", every[few], every, several=True))
+        mistakes = list(list_frame_mistakes(self.table.robot, self.level))
+        states, robots = self.table.few, [each.robot for each in mistakes]
+        changed = self.row(self.table.compute_changes(robots, self.level, states), states)
+        for each, row in zip(mistakes, changed, strict=True):
+            singles.append(Single(each.words, row, robot=each.robot, several=each.several))
+        return singles
+
+    def _find_mistakes(self, places: Places) -> Iterator[Single]:
+        """The things taken for others that have an effect in some places and explain these."""
+        at, chosen = self.problem.select_screened(places, self.table.few)
+        rows = np.array([each.row[chosen] for each in self._mistakes])
+        left = np.abs(rows - self.difference[at]) - 2 * self.problem.allowed[at]
+        for number in np.flatnonzero((left <= TOLERANCE).all(axis=1)).tolist():
+            each = self._mistakes[number]
+            row = self._compute_row(each.robot) if each.robot else each.whole
+            assert row is not None  # of a link
+            has_effect = np.abs(row[places]).max(initial=0.0) > TOLERANCE
+            if has_effect and self.can_explain(row, places):
+                yield each
 
     def find_pair_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Two changes at once that leave nothing of the difference, at least one of them usual.
 
         Those come first of which both are.
         """
-        pairs = dict(islice(self._pairs.find_pairs(places), MOST_EQUAL_PAIRS))
+        pairs = dict(islice(self.find_pairs(places), MOST_EQUAL_PAIRS))
         causes = [
             Cause(f"two changes: {words}", usual, is_compound=True)
             for words, usual in pairs.items()
@@ -200,11 +185,11 @@ class CauseSearch(ValueSearch):
         return sorted(causes, key=lambda cause: not cause.usual)
 
     @cached_property
-    def _pairs(self) -> PairSearch:
-        return PairSearch(self, list(self._list_singles()))
-
-    def _list_singles(self) -> Iterator[Single]:
+    def singles(self) -> list[Single]:
         """Every single change, of which two may be made: numbers first."""
+        return [*self._list_number_changes(), *self._mistakes]
+
+    def _list_number_changes(self) -> Iterator[Single]:
         few = self.problem.list_places(self.table.few)
         linears, squares = self.number_rows
         numbers = self.table.select_numbers(self.level)
@@ -216,14 +201,6 @@ class CauseSearch(ValueSearch):
                 steps = (value - number.value) / number.step
                 row = linear * steps + square * steps**2
                 yield Single("", row, number=number, value=value)
-        for words, names, rows in self.body_rows:
-            for name, row in zip(names, rows, strict=True):
-                yield Single(f"{name}: {words}", row[few], row)
-            if len(names) > 1:
-                every = rows.sum(axis=0)
-                yield Single(f"{_join_names(names, names)}: {words}", every[few], every)
-        for mistake, row in zip(self.frame_mistakes, self.frame_rows, strict=True):
-            yield Single(mistake.words, row, robot=mistake.robot)
 
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""
@@ -471,20 +448,13 @@ def find_root(left: Callable[[float], np.ndarray], begin: float, size: float) ->
         if not 0 < square < np.inf:
             return None
         by = -float(slope @ here) / square
-        if not step and _is_unpromising(here, slope):
+        left_over = np.linalg.norm(here + by * slope)
+        if not step and left_over > PROMISING * np.linalg.norm(here):
             return None
         value += float(np.clip(by, -size, size))
         if abs(by) < 1e-10 * size:
             break
     return value
-
-
-def _is_unpromising(difference: np.ndarray, slope: np.ndarray) -> bool:
-    """Whether no step along a slope makes a difference much smaller."""
-    square = float(slope @ slope)
-    by = float(slope @ difference) / square if square else 0.0
-    left = np.linalg.norm(difference - by * slope)
-    return bool(left > PROMISING * np.linalg.norm(difference))
 
 
 def solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:

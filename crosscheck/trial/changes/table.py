@@ -1,4 +1,4 @@
-"""Effect of each change of a robot on its terms at the states, for all levels."""
+"""Effect of each change of a robot on its terms at the states, and values that a number may have."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, multiply
+from crosscheck.checks.first_principles.slopes import compute_slopes, make_smooth_rule
+from crosscheck.checks.robot_states import TOLERANCE
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import (
@@ -16,10 +19,16 @@ from crosscheck.trial.changes.mistakes import (
     list_body_parts,
     list_whole_bodies,
 )
-from crosscheck.trial.changes.numbers import FIXED, RobotNumber
+from crosscheck.trial.changes.numbers import (
+    ALIKE,
+    FIXED,
+    RobotNumber,
+    is_physical,
+    list_equal_numbers,
+)
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.steps import Steps, StepTable
-from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
+from crosscheck.trial.coordinates.differences import TURN_RAD
 
 RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M v)/dq
     "M' v alone, without -1/2 d(v' M v)/dq": (1.0, 0.0),
@@ -31,6 +40,7 @@ RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M 
 LEAST_ROWS = 12  # rows of one part at which robots are screened
 # Entries of M, at all states, of each step of Kane's sum; and fewest states.
 MOST_ENTRIES, LEAST_STATES = 600, 3
+POSITIVE = ("kg",)  # units of numbers of which none is below 0
 
 
 class ChangeTable:
@@ -111,15 +121,11 @@ class ChangeTable:
         """Lagrange's rule for the bias of M with other factors, by the coordinate of a slope."""
         q, v = (each[self.several] for each in self.states[:2])
         model, steps = AnalyticRobot(self.robot, level), Steps()
-        still, (weights, _) = np.zeros_like(v), CENTRAL[1]
-        far = np.arange(len(weights)) - len(weights) // 2
         turned = TURN_RAD / np.maximum(1.0, np.abs(self.robot.joint_map[0]).sum(axis=0))
-        for place, name in enumerate(self.robot.coordinate_names):
-            unit = np.eye(len(turned))[place]
-            moved = [model.mass_matrix(q + by * turned[place] * unit) for by in far]
-            slope = np.tensordot(weights, moved, 1) / turned[place]
-            rate = v[:, place, None]
-            growth = multiply(slope, v) * rate
+        slopes = compute_slopes(model.mass_matrix, q, make_smooth_rule(turned))
+        names, units, still = self.robot.coordinate_names, np.eye(len(turned)), np.zeros_like(v)
+        for name, unit, slope in zip(names, units, slopes, strict=True):
+            growth = multiply(slope, v) * (v @ unit)[:, None]
             energy = np.einsum("sij,si,sj->s", slope, v, v)
             for rule, (by_growth, by_energy) in RULES.items():
                 bias = (by_growth - 1) * growth + (by_energy + 0.5) * np.outer(energy, unit)
@@ -132,3 +138,55 @@ class ChangeTable:
         q, v = (each[self.several] for each in self.states[:2])
         tables = self._list_step_tables(KaneSum(self.robot, q, v))
         return [each.list_body_steps() | each.list_steps() for each in tables]
+
+
+class ValueSearch:
+    """A search among values of the numbers in a table of changes."""
+
+    def __init__(self, problem: ChangeProblem, table: ChangeTable) -> None:
+        self.problem, self.level, self.table = problem, problem.level, table
+
+    def is_possible(self, number: RobotNumber, value: float) -> bool:
+        """Whether such a robot is possible, or the value is what omitting or doubling it gives."""
+        try:
+            robot = number.put(value)
+        except InputError:  # an arm's, which is read from a file of such numbers
+            return False
+        is_negative = number.unit in POSITIVE and value < -ALIKE * number.step
+        if is_negative and not number.has_usual_factor(value):
+            return False
+        usual = number.has_usual_factor(value, above=0)
+        usual |= value * number.value > 0 and bool(number.describe_unit(value))
+        if not (usual or is_physical(robot, self.problem.robot)):
+            return False
+        return "acceleration" not in self.problem.parts or self._is_regular(robot)
+
+    def _is_regular(self, robot: Robot) -> bool:
+        """Whether a robot's M can be inverted: without accelerations every balance would hold."""
+        mass = AnalyticRobot(robot, self.level).mass_matrix(self.problem.states.q)
+        scaled = mass / self.problem.sizes["mass_matrix"]
+        return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())
+
+    def describe_value(self, number: RobotNumber, value: float) -> str:
+        """The number with a value, in words that complete `with ...`."""
+        same = self._equal_number_name(number, value)
+        return number.words(value) + (f", {same}" if same else "")
+
+    def is_usual(self, number: RobotNumber, value: float) -> bool:
+        """Whether a value is one that a person may well have written by mistake."""
+        usual = number.has_usual_factor(value) or bool(number.describe_unit(value))
+        return usual or bool(self._equal_number_name(number, value))
+
+    def _equal_number_name(self, number: RobotNumber, value: float) -> str:
+        """The number of the file that a value is, or is more or less by, in words; '' for none."""
+        is_opposite = abs(value + number.value) < ALIKE * number.step
+        if abs(value) < ALIKE * number.step or is_opposite or not number.unit or number.factor:
+            return ""
+        others = [each for each in self.table.numbers if each.path != number.path]
+        if equal := list_equal_numbers(others, number.unit, value):
+            return f"as {equal[0].name}"
+        step = value - number.value
+        if number.has_usual_factor(value):
+            return ""
+        equal = list_equal_numbers(others, number.unit, abs(step))
+        return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""

@@ -29,15 +29,10 @@ CERTAIN = 1e-9  # of what differences give where nothing better is to be had
 
 def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     """The frame of a user's function. Raises InputError."""
-    n, function = len(layout), coordinates.function
-    count = frames.describe_coordinate_count(coordinates, n, arm)
-    if is_sympy_matrix(function):
-        frame = _build_sympy_frame(coordinates, function, layout, arm, count)
-    elif callable(function):
+    count = frames.describe_coordinate_count(coordinates, len(layout), arm)
+    if not is_sympy_matrix(coordinates.function):
         return build_callable_frame(coordinates, layout, count)
-    else:
-        reason = f"is {describe_type(function)}; must be a function of x or a sympy Matrix"
-        raise InputError(WHERE, "function", None, reason)
+    frame = _build_sympy_frame(coordinates, coordinates.function, layout, arm, count)
     if frame.matrix is None:
         _require_derivative(frame)
     return frame
@@ -103,10 +98,37 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
 
     count: how many coordinates there are, in words. Raises InputError.
     """
-    if not callable(coordinates.function):
-        reason = f"is {describe_type(coordinates.function)}; must be a function of x"
+    n, user_function, given = len(layout), coordinates.function, coordinates.jacobian
+    if not callable(user_function):
+        what = describe_type(user_function)
+        reason = f"is {what}; must be a function of x or a sympy Matrix"
         raise InputError(WHERE, "function", None, reason)
-    frame = _build_frame_of_function(coordinates, layout, count)
+    names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
+
+    def function(x: np.ndarray) -> np.ndarray:
+        return _call_user_function(user_function, "function", x, (n,), f", for {count}")
+
+    frame = Frame(
+        layout,
+        names,
+        position=function,
+        slopes=lambda x: _difference_jacobian(function, x),
+        drift=lambda x, u: _certain_derivative(2, function, x, u),
+    )
+    if given is None:
+        frame = _build_complex_frame(frame, user_function) or frame
+    elif not callable(given):
+        reason = f"is {describe_type(given)}; must be a function of x"
+        raise InputError(WHERE, "jacobian", None, reason)
+    else:
+
+        def slopes(x: np.ndarray) -> np.ndarray:
+            return _call_user_function(given, "jacobian", x, (n, n), f", for {count}")
+
+        def drift(x: np.ndarray, u: np.ndarray) -> np.ndarray:
+            return _jacobian_drift(lambda y, w: slopes(y) @ w, x, u)
+
+        frame = replace(frame, slopes=slopes, drift=drift)
     _require_derivative(frame)
     return frame
 
@@ -133,36 +155,6 @@ def build_velocity_frame(
 
     slopes(np.zeros(n))
     return Frame(layout, names, position=np.copy, slopes=slopes, drift=drift)
-
-
-def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
-    n, user_function, given = len(layout), coordinates.function, coordinates.jacobian
-    names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
-
-    def function(x: np.ndarray) -> np.ndarray:
-        return _call_user_function(user_function, "function", x, (n,), f", for {count}")
-
-    difference_frame = Frame(
-        layout,
-        names,
-        position=function,
-        slopes=lambda x: _difference_jacobian(function, x),
-        drift=lambda x, u: _certain_derivative(2, function, x, u),
-    )
-    if given is None:
-        return _build_complex_frame(difference_frame, user_function) or difference_frame
-    if not callable(given):
-        reason = f"is {describe_type(given)}; must be a function of x"
-        raise InputError(WHERE, "jacobian", None, reason)
-
-    def slopes(x: np.ndarray) -> np.ndarray:
-        return _call_user_function(given, "jacobian", x, (n, n), f", for {count}")
-
-    return replace(
-        difference_frame,
-        slopes=slopes,
-        drift=lambda x, u: _jacobian_drift(lambda y, w: slopes(y) @ w, x, u),
-    )
 
 
 def _build_complex_frame(frame: Frame, user_function: Any) -> Frame | None:

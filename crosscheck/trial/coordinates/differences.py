@@ -9,6 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from crosscheck.checks.first_principles.slopes import compute_slopes, make_smooth_rule
+
 Curve = Callable[[float], np.ndarray]
 STEPS = 0.5 ** np.arange(1, 16)
 # Of f' h and of f'' h^2: weights of f(-4 h) ... f(4 h), of order 8 and of order 6.
@@ -24,9 +26,8 @@ CENTRAL = {
 }
 ENOUGH = 1e-13  # accuracy of differences at which refinement stops, relative to the values
 Field = Callable[[np.ndarray], np.ndarray]  # M (n, n) or gravity (n,) at coordinates (n,)
-# Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
-# whose angles come at most twofold is differentiated to 1e-12 of its size.
-WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+# At steps that turn joints by this angle [rad] central differences of eighth order differentiate a
+# mass matrix whose angles come at most twofold to 1e-12 of its size.
 TURN_RAD, SHIFT_M = 0.03, 1e-4
 
 
@@ -87,8 +88,13 @@ def find_slopes(values: Field, x: np.ndarray, steps: np.ndarray, *, curved: bool
     steps (n,): by which each coordinate is changed to differentiate. curved: whether values bend by
     more than the joints' angles, so that smaller steps may be better.
     """
-    find = _certain_slope if curved else _slope
-    return np.array([find(values, x, k, step) for k, step in enumerate(steps)])
+    if curved:
+        return np.array([_certain_slope(values, x, k, step) for k, step in enumerate(steps)])
+
+    def ask(rows: np.ndarray) -> np.ndarray:
+        return np.array(list(map(values, rows)))
+
+    return compute_slopes(ask, x[None], make_smooth_rule(steps))[:, 0]
 
 
 def fold_rate_pairs(terms: np.ndarray) -> np.ndarray:
@@ -129,10 +135,3 @@ def _certain_slope(values: Field, x: np.ndarray, k: int, step: float) -> np.ndar
     slope, uncertain = derivative(answer, 1)
     slope[~np.isfinite(uncertain)] = np.nan
     return slope.reshape(shape) / (step / 2)
-
-
-def _slope(values: Field, x: np.ndarray, k: int, step: float) -> np.ndarray:
-    along, total = step * np.eye(x.size)[k], np.zeros(1)
-    for far, weight in enumerate(WEIGHTS, start=1):
-        total = total + weight * (values(x + far * along) - values(x - far * along))
-    return total / step

@@ -82,7 +82,8 @@ def list_readings(joints: JointCoordinates) -> list[Reading]:
     return [reading for kind in kinds for reading in kind(joints)]
 
 
-def _linear(kind: str, words: str, matrix: np.ndarray) -> Reading:
+def linear_reading(kind: str, words: str, matrix: np.ndarray) -> Reading:
+    """The reading in which a matrix makes the joints' coordinates and rates of x."""
     return Reading(kind, words, matrix, matrix, matrix, np.zeros(len(matrix)))
 
 
@@ -92,7 +93,7 @@ def _absolute(joints: JointCoordinates) -> Iterator[Reading]:
     for place, before in joints.before.items():
         sums[place, list(before)] = 1.0
     if (sums != np.eye(joints.size)).any():
-        yield _linear("absolute", "absolute angles", np.linalg.inv(sums))
+        yield linear_reading("absolute", "absolute angles", np.linalg.inv(sums))
 
 
 def _senses(joints: JointCoordinates) -> Iterator[Reading]:
@@ -102,10 +103,12 @@ def _senses(joints: JointCoordinates) -> Iterator[Reading]:
         groups = [g for count in range(1, size) for g in combinations(range(size), count)]
     for group in groups:
         listed = " and ".join(names[place] for place in group)
-        reading = _linear("sense", f"coordinates with {listed} reversed", _reverse(size, group))
+        reading = linear_reading(
+            "sense", f"coordinates with {listed} reversed", _reverse(size, group)
+        )
         yield replace(reading, joints=tuple(names[place] for place in group))
     if size > 1:
-        reading = _linear("sense", "coordinates with all senses reversed", -np.eye(size))
+        reading = linear_reading("sense", "coordinates with all senses reversed", -np.eye(size))
         yield replace(reading, joints=tuple(names))
 
 
@@ -126,7 +129,7 @@ def _orders(joints: JointCoordinates) -> Iterator[Reading]:
             # x_k is q of the joint order[k].
             matrix = np.array([[float(order[k] == joint) for k in identity] for joint in identity])
             listed = ", ".join(names[place] for place in order)
-            yield _linear("order", f"coordinates in the order {listed}", matrix)
+            yield linear_reading("order", f"coordinates in the order {listed}", matrix)
 
 
 def _degrees(joints: JointCoordinates) -> Iterator[Reading]:
@@ -136,7 +139,7 @@ def _degrees(joints: JointCoordinates) -> Iterator[Reading]:
     scale = np.eye(size)
     scale[turning, turning] = DEGREE
     still = np.eye(size)
-    whole = _linear("degrees", "angles and rates in degrees", scale)
+    whole = linear_reading("degrees", "angles and rates in degrees", scale)
     yield replace(whole, words="angles in degrees", rates=still, rows=still)
     yield replace(whole, rows=still)
     yield whole
@@ -145,12 +148,14 @@ def _degrees(joints: JointCoordinates) -> Iterator[Reading]:
 def _motor_sides(joints: JointCoordinates) -> Iterator[Reading]:
     ratios = joints.ratios
     if ratios.size and (ratios != 1).any():
-        yield _linear("motor side", "angles of the motors, before their gears", np.diag(1 / ratios))
+        yield linear_reading(
+            "motor side", "angles of the motors, before their gears", np.diag(1 / ratios)
+        )
 
 
 def _zeros(joints: JointCoordinates) -> Iterator[Reading]:
     names, size, turning = joints.names, joints.size, joints.turning
-    still = _linear("zero", "", np.eye(size))
+    still = linear_reading("zero", "", np.eye(size))
     most = 2 if len(turning) <= 2 else 1
     for count in range(1, most + 1):
         for group in combinations(turning, count):

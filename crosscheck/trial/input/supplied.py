@@ -11,7 +11,6 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.input.calls import (
     MotorCall,
     NamedCall,
@@ -96,14 +95,6 @@ class SuppliedEquations:
         size = np.sqrt(np.abs(np.diag(mass)))
         size = np.where(size > 0, size, 1.0)
         return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
-
-    def force_at(self, state: UserState) -> np.ndarray:
-        """The force at a state, shape (n,)."""
-        return self.force(state.t, state.x, state.u, state.torque)
-
-    def acceleration_at(self, state: UserState) -> np.ndarray:
-        """The acceleration at a state, shape (n,)."""
-        return self.acceleration(state.t, state.x, state.u, state.torque)
 
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""

@@ -27,14 +27,6 @@ SOLVED = 10  # roundings of a solution by elimination, times the condition numbe
 Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
 SHOWN = 8  # places of a list that are shown; the report has them all
-PARTS: dict[str, Part] = {
-    "mass_matrix": "mass_matrix",
-    "rate_terms": "bias",
-    "bias": "bias",
-    "gravity": "gravity",
-    "force": "force",
-    "acceleration": "acceleration",
-}
 
 
 @dataclass(frozen=True)
@@ -226,8 +218,13 @@ class EntryPlace:
     rates: tuple[int, int] | None = None
 
     @property
+    def quantity(self) -> str:
+        """The array that it stands in: of its part, or of the bias' terms."""
+        return self.part if self.rates is None else "rate_terms"
+
+    @property
     def index(self) -> tuple[int, ...]:
-        """Where it stands in the array of its part, or of the bias' terms."""
+        """Where it stands there."""
         beside = self.rates or () if self.column is None else (self.column,)
         return (self.row, *beside)
 
@@ -386,9 +383,15 @@ def find_wrong_entries(
         yield EntryMismatch(entry_place(quantity, index), float(relative_errors[index]))
 
 
+def find_part(quantity: str) -> Part:
+    """The part that an array is of: the bias of its terms by rates."""
+    part: Any = "bias" if quantity == "rate_terms" else quantity
+    return part
+
+
 def entry_place(quantity: str, index: tuple[int, ...]) -> EntryPlace:
     """The place of an entry of an array of a part, or of its terms."""
-    part: Any = PARTS.get(quantity, quantity)
+    part = find_part(quantity)
     if part == "mass_matrix":
         return EntryPlace(part, index[0], column=index[1])
     if len(index) == 3:

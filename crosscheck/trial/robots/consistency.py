@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from crosscheck.checks.first_principles.slopes import christoffel_force
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
@@ -61,8 +62,10 @@ def compare_with_itself(
     differences = dict[str, SlopeSides]()
     if "mass_matrix" in slopes and "bias" in values:
         v, (slope, uncertain) = states.v[:FEW_STATES], slopes["mass_matrix"]
-        demanded, doubt = _christoffel(slope, v), _christoffel(uncertain, np.abs(v), 1)
-        differences["bias"] = values["bias"][:FEW_STATES], demanded, TRUNCATED * doubt
+        fast, expected = np.abs(v), christoffel_force(slope, v)
+        doubt = christoffel_force(uncertain, fast)  # whose terms all count with one sign
+        doubt += np.einsum("isjk,sj,sk->si", uncertain, fast, fast)
+        differences["bias"] = values["bias"][:FEW_STATES], expected, TRUNCATED * doubt
     if "gravity" in slopes:
         slope, uncertain = (each.swapaxes(0, 1) for each in slopes["gravity"])
         doubt = uncertain + uncertain.swapaxes(1, 2)
@@ -79,9 +82,3 @@ def _slopes(robot: Robot, answer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
     by_step = steps.reshape(-1, *[1] * (high.ndim - 1))
     return high / by_step, np.abs(high - low) / by_step
-
-
-def _christoffel(slope: np.ndarray, v: np.ndarray, sign: int = -1) -> np.ndarray:
-    """C v (states, n) of dM/dq (n, states, n, n): the change of M by time, less half the slope."""
-    moving = np.einsum("ksij,sk,sj->si", slope, v, v)
-    return moving + sign * np.einsum("isjk,sj,sk->si", slope, v, v) / 2

@@ -12,14 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import (
-    BASE,
-    Joint,
-    LinkFrame,
-    Placement,
-    Robot,
-    RobotBody,
-)
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Placement, Robot, RobotBody
 from crosscheck.trial.input.equations import Equations
 
 ELASTIC = "elastic"  # the level that equations state

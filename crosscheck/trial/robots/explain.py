@@ -11,10 +11,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import join_words, list_first
-from crosscheck.trial.changes.forms import describe_pieces, format_factor
-from crosscheck.trial.changes.numbers import (
-    ALIKE,
-)
+from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.search import (
     CauseSearch,
     describe_causes,
@@ -34,19 +31,16 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
-from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
-from crosscheck.trial.robots.judge import (
-    SINGLE,
-    RobotProblem,
-    select_entry,
+from crosscheck.trial.robots.forms import (
+    describe_accelerations,
+    describe_asymmetry,
+    describe_friction,
+    describe_pieces,
+    format_factor,
 )
+from crosscheck.trial.robots.judge import SINGLE, RobotProblem, select_entry
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
-from crosscheck.trial.robots.readings import (
-    describe_coordinates,
-    find_readings,
-    is_nearer_absolute,
-)
-from crosscheck.trial.robots.rows import describe_asymmetry
+from crosscheck.trial.robots.readings import find_readings, is_nearer_absolute
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "the right value is 0"
@@ -75,16 +69,8 @@ def diagnose(
     if not explanations and _are_several_wrong(problem, level):
         level, explanations = find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
-    if (
-        not explanations
-        and problem.equations.has_open_angles
-        and is_nearer_absolute(
-            problem,
-            level,
-            describe_coordinates(problem.robot),
-            problem.sizes[level].tolerance,
-        )
-    ):
+    is_open = not explanations and problem.equations.has_open_angles
+    if is_open and is_nearer_absolute(problem, level):
         return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
@@ -227,19 +213,27 @@ def _wrong_parts(entries: Sequence[EntryMismatch]) -> list[str]:
 
 def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> EntryMismatch:
     """The entry with words on what it is beside the right one, where a few are enough."""
-    user_values = select_entry(problem.answers.values[entry.part], entry.place.index)
-    reference_values = select_entry(problem.reference_values[level][entry.part], entry.place.index)
-    size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place.index)
-    ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
-    is_quadratic = entry.part in ("bias", "acceleration")
-    wave = "" if is_quadratic else _describe_difference(problem, user_values - reference_values)
-    words = "; ".join(filter(None, (ratio_text, wave)))
+    part, right = entry.part, problem.reference_values[level]
+    arrays = problem.answers.values[part], right[part], problem.sizes[level].entry_sizes(part)
+    yours, expected, size = (select_entry(each, entry.place.index) for each in arrays)
+    may_wave = part not in ("bias", "acceleration")  # which have rates in them
+    words = _compare_values(problem, yours, expected, size * TOLERANCE, may_wave=may_wave)
     return replace(entry, notes=(words,) if words else ())
 
 
-def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
-    words = describe_angle_sum(difference, problem.states.q[: len(difference)], problem.robot)
-    return f"yours minus right is {words}" if words else ""
+def _compare_values(
+    problem: RobotProblem,
+    yours: np.ndarray,
+    right: np.ndarray,
+    rounding: np.ndarray,
+    *,
+    may_wave: bool = True,
+) -> str:
+    """Words on values (states,) beside the right ones: their ratio, and a wave between them."""
+    q, robot = problem.states.q[: len(yours)], problem.robot
+    wave = describe_angle_sum(yours - right, q, robot) if may_wave else ""
+    words = describe_ratio(yours, right, rounding), f"yours minus right is {wave}" * bool(wave)
+    return "; ".join(filter(None, words))
 
 
 def describe_ratio(
@@ -366,8 +360,7 @@ def _describe_products(
     others = list[str]()
     for row, name in enumerate(names):
         user_products, reference_products = (
-            user_terms.products[:, row],
-            reference_terms.products[:, row],
+            each.products[:, row] for each in (user_terms, reference_terms)
         )
         beyond = np.argwhere((differences[:, row] > TOLERANCE * sizes[:, row]).any(axis=0))
         if not beyond.size:
@@ -378,15 +371,9 @@ def _describe_products(
             terms_by_words.setdefault(whole, []).append(f"bias[{name}], all products of rates")
             continue
         for j, k in beyond.tolist():
-            ratio_text = describe_ratio(
-                user_products[:, j, k], reference_products[:, j, k], small[:, j, k]
-            )
-            wave = _describe_difference(
-                problem, user_products[:, j, k] - reference_products[:, j, k]
-            )
+            terms = (each[:, j, k] for each in (user_products, reference_products, small))
             term = f"bias[{name}] of {format_rates((j, k), names)}"
-            words = "; ".join(filter(None, (ratio_text, wave)))
-            if words:
+            if words := _compare_values(problem, *terms):
                 terms_by_words.setdefault(words, []).append(term)
             else:
                 others.append(term)

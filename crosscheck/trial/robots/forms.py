@@ -1,4 +1,4 @@
-"""Sentences on friction that a robot's equations have wrong, and on rows of its accelerations."""
+"""Sentences on kinds of terms, friction, accelerations and mirror images that are wrong."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ from itertools import combinations, combinations_with_replacement
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.models.robot.robot import Level
-from crosscheck.trial.changes.forms import SIZABLE, format_factor
-from crosscheck.trial.changes.numbers import ALIKE
-from crosscheck.trial.judge.entries import format_rates
+from crosscheck.checks.robot_states import TOLERANCE
+from crosscheck.models.robot.robot import BASE, Level, Robot
+from crosscheck.report.formatting import join_words, list_first
+from crosscheck.trial.changes.kane import FACTORS, KaneSum
+from crosscheck.trial.changes.numbers import ALIKE, get_link_name
+from crosscheck.trial.changes.problem import DynamicsTerms
+from crosscheck.trial.changes.search import CauseSearch
+from crosscheck.trial.judge.entries import PART_TITLES, format_rates
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
+
+SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 
 
 def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, np.ndarray]:
@@ -89,3 +95,102 @@ def describe_accelerations(
             "acceleration: at each state all rows are wrong by the same factor, from"
             f" {ratios.min():.4g} to {ratios.max():.4g}: their common denominator, M's determinant"
         )
+
+
+def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -> Iterator[str]:
+    """Sentences on kinds of terms of Kane's sum that are wrong by one factor in M, bias or gravity.
+
+    Of an acceleration, in the bias that it comes from. All terms of a kind come first, then the
+    kinds of which fewest are wrong. are_usual: whether by usual factors alone, since terms that do
+    not depend on the rates are often equal by chance.
+    """
+    problem, table = search.problem, search.table
+    term = "bias" if part == "acceleration" else part
+    described: list[tuple[int, str]] = []
+    for parts in table.part_lists:
+        kinds = KaneSum(table.robot, *problem.states[:2], parts).list_pieces(term)
+        for kind, pieces in kinds.items():
+            stacked = np.array(list(pieces.values()))
+            base = table.compute_base(search.level)._asdict()
+            blank = {name: np.zeros((len(stacked), *each.shape)) for name, each in base.items()}
+            rows = search.row(DynamicsTerms(**(blank | {term: stacked})))
+            places = problem.select_part(part)
+            chosen, by = search.choose_rows(rows[:, places], places, is_free=True)
+            if not chosen or (are_usual and all(abs(1 + by - usual) > ALIKE for usual in FACTORS)):
+                continue
+            names, there = list(pieces), (np.abs(rows).max(axis=1) > SIZABLE).sum()
+            whole = len(chosen) == there > 1
+            of_links = f"{kind} of {join_words([names[n] for n in chosen])}"
+            which = kind.replace("the", "every", 1) if whole else of_links
+            words = f"{PART_TITLES.get(part, part)}: {which}: {format_factor(1 + by)}"
+            described.append((0 if whole else len(chosen), words))
+        if described:
+            break
+    fewest = min((count for count, _ in described), default=0)
+    yield from (words for count, words in described if count == fewest)
+
+
+def format_factor(factor: float) -> str:
+    """How large what is wrong is beside what is right."""
+    usual = (words for by, words in FACTORS.items() if abs(factor - by) < ALIKE)
+    words = next(usual, f"{factor:.6g} times as large")
+    return f"yours is {words}" if words.endswith("large") else words
+
+
+def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
+    """The sentence on entries of M that differ from their mirror images; '' for none."""
+    if "mass_matrix" not in problem.parts:
+        return ""
+    mass, size = problem.answers.values["mass_matrix"], problem.sizes[level].mass_matrix
+    errors = np.abs(problem.relative_errors(level)["mass_matrix"]).max(axis=0)
+    wrong: np.ndarray = ~(errors <= problem.sizes[level].tolerance("mass_matrix"))
+    for which, half in (("below", np.tri(len(wrong), k=-1)), ("above", np.tri(len(wrong), k=-1).T)):
+        if wrong.any() and not (mass * half).any() and not (wrong & (half == 0)).any():
+            return (
+                f"M is 0 {which} the diagonal, and right elsewhere: is one of its"
+                " triangles alone filled?"
+            )
+    unequal = (np.abs(mass - mass.swapaxes(1, 2)) > TOLERANCE * size).any(axis=0)
+    pairs = np.argwhere(np.triu(unequal & (wrong | wrong.T), 1)).tolist()
+    if not pairs:
+        return ""
+    if len(pairs) == 1:
+        place, mirror = sorted((pairs[0], pairs[0][::-1]), key=lambda each: not wrong[tuple(each)])
+        name, mirror_name = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
+        also = "both are wrong" if wrong[tuple(mirror)] else f"{mirror_name} is right"
+        return f"M is not symmetric: {name} differs from {mirror_name}; {also}"
+    rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
+    lines, right = ("rows", rows) if rows.any() else ("columns", columns)
+    if right.any():
+        also = f"{_join_places(lines, right)} right, {_join_places(lines, ~right)} wrong"
+        also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
+    else:
+        also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
+    return f"M is not symmetric in {len(pairs)} pairs; {also}"
+
+
+def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
+    """State between which links the outward or inward recursion fails, by right rows or columns.
+
+    A wrong row means wrong forces at a joint, a wrong column wrong accelerations: at one joint and
+    at all before it, if the recursion fails between two links.
+    """
+    if len(right) != len(robot.joints):
+        return ""  # rows of joints that others follow are sums
+    steps = [(n, joint.parent) for n, joint in enumerate(robot.joints) if joint.parent != BASE]
+    broken = [(after, before) for after, before in steps if right[after] != right[before]]
+    if len(broken) != 1 or not right[broken[0][0]]:
+        return ""
+    after, before = (get_link_name(robot, number) for number in broken[0])
+    if lines == "rows":
+        return f": forces go wrong on their way back, from {after} to {before}"
+    return f": accelerations go wrong on their way out, from {before} to {after}"
+
+
+def _join_places(lines: str, chosen: np.ndarray) -> str:
+    """The chosen rows or columns by numbers from 1, such as `rows 1 and 4 to 7 are`."""
+    numbers, runs = np.flatnonzero(chosen) + 1, list[str]()
+    for run in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
+        runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
+    line, verb = (lines, "are") if len(numbers) > 1 else (lines[:-1], "is")
+    return f"{line} {join_words(runs)} {verb}"

@@ -21,18 +21,7 @@ from crosscheck.report.formatting import join_words
 from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.judge.checks import (
-    CHRISTOFFEL,
-    GRADIENT,
-    INVERSE,
-    JUDGED,
-    AnswerSet,
-    Identity,
-    PartSize,
-    judge_engine,
-    make_part_size,
-    make_second_law,
-)
+from crosscheck.trial.judge import checks
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     LevelDistance,
@@ -88,7 +77,7 @@ class RobotProblem:
     @property
     def parts(self) -> tuple[str, ...]:
         """The quantities that the equations have answered, in the order of JUDGED."""
-        return tuple(part for part in JUDGED if part in self.answers.values)
+        return tuple(part for part in checks.JUDGED if part in self.answers.values)
 
     @property
     def names(self) -> list[str]:
@@ -191,20 +180,20 @@ class RobotProblem:
         is_judged = part in self.self_differences
         return self._identify(part, self._size_parts(level)).places if is_judged else []
 
-    def _size_parts(self, level: Level) -> dict[str, PartSize]:
+    def _size_parts(self, level: Level) -> dict[str, checks.PartSize]:
         sizes, sources = self.sizes[level], self.answers.sources
-        return {part: make_part_size(sizes, part, sources[part]) for part in self.parts}
+        return {part: checks.make_part_size(sizes, part, sources[part]) for part in self.parts}
 
-    def _identify(self, part: str, sizes: Mapping[str, PartSize]) -> Identity:
+    def _identify(self, part: str, sizes: Mapping[str, checks.PartSize]) -> checks.Identity:
         """What a part owes to slopes of answers."""
         sides, size = self.self_differences[part], sizes[part].scale_to_slopes()
         rows = size.entries[: len(sides[0])]
         if part == "bias":
-            return Identity(*CHRISTOFFEL, size._replace(entries=rows), *sides)
+            return checks.Identity(*checks.CHRISTOFFEL, size._replace(entries=rows), *sides)
         pairs = np.maximum(rows[:, :, None], rows[:, None, :])
-        return Identity(*GRADIENT, size._replace(entries=pairs), *sides, axes=2)
+        return checks.Identity(*checks.GRADIENT, size._replace(entries=pairs), *sides, axes=2)
 
-    def collect_answers(self, level: Any) -> AnswerSet:
+    def collect_answers(self, level: Any) -> checks.AnswerSet:
         """The answers, to be judged by the sizes of a level."""
         answers, values = self.answers, {part: self.answers.values[part] for part in self.parts}
         sizes = self._size_parts(level)
@@ -215,13 +204,15 @@ class RobotProblem:
                 moving = np.einsum("sij,sj->si", values["mass_matrix"], self.states.a)
                 expected = moving + values["bias"] + (0.0 if answers.weightless else weights)
                 sides = values["inverse_dynamics"], expected
-                identities.append(Identity(*INVERSE, sizes["inverse_dynamics"], *sides))
+                identities.append(
+                    checks.Identity(*checks.INVERSE, sizes["inverse_dynamics"], *sides)
+                )
             if {"force", "acceleration"} <= set(values):
                 size = sizes["acceleration"]._replace(entries=self.sizes[level].balance)
                 force = values["force"] - (self.loads_in_force - self.states.torques)
                 held = weights if answers.driven else 0.0
-                identities.append(make_second_law(size, values, held, force))
-        return AnswerSet(
+                identities.append(checks.make_second_law(size, values, held, force))
+        return checks.AnswerSet(
             name=self.name,
             mechanism=self.robot.name,
             names=self.names,
@@ -274,7 +265,7 @@ class RobotProblem:
             distances.append(measure_distance(level, len(self.entries(level)), largest))
         return sort_distances(distances, self.stated)
 
-    def judge_engines(self, answers: AnswerSet, level: Any) -> Iterator[Finding]:
+    def judge_engines(self, answers: checks.AnswerSet, level: Any) -> Iterator[Finding]:
         """Every part compared with every engine; one that raises fails there."""
         for engine in find_level_engines(level):
             values: Mapping[str, np.ndarray | Failure]
@@ -282,7 +273,7 @@ class RobotProblem:
                 values = self.evaluate_model(build_robot_model(engine, self.robot, level))
             except Exception as error:  # whatever an engine raises is reported as a failure
                 values = dict.fromkeys(self.parts, failure_from_error(error))
-            yield from judge_engine(answers, engine, values, answers.sizes)
+            yield from checks.judge_engine(answers, engine, values, answers.sizes)
 
     def measure_errors(self, level: Any) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """By part, the relative error of each entry from a level, and what is allowed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from crosscheck.trial.coordinates.readings import (
     FITS,
     JointCoordinates,
     Reading,
+    linear_reading,
     list_readings,
     select_first_kind,
 )
@@ -27,8 +28,7 @@ def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
     levels = [each for each in problem.sizes if each == problem.stated or not problem.stated]
     levels = [each for each in levels if problem.entries(each)]  # else nothing is misread
     for level in levels:
-        tolerance = problem.sizes[level].tolerance
-        if readings := select_readings(problem, level, list_readings(joints), tolerance):
+        if readings := select_readings(problem, level, list_readings(joints)):
             return level, select_first_kind(readings)
     return None, []
 
@@ -54,37 +54,30 @@ def describe_coordinates(robot: Robot) -> JointCoordinates:
 
 
 def select_readings(
-    problem: RobotProblem,
-    level: Level,
-    readings: Sequence[Reading],
-    tolerance: Callable[[str], float],
+    problem: RobotProblem, level: Level, readings: Sequence[Reading]
 ) -> list[Reading]:
-    """The readings in which all parts agree with a level; tolerance: of a part's entries."""
+    """The readings in which all parts agree with a level."""
     model = AnalyticRobot(problem.robot, level)
     likely = _screen(readings, model, problem) if readings else []
-    return [each for each in likely if not _count_wrong(each, model, problem, tolerance)]
+    return [each for each in likely if not _count_wrong(each, model, problem)]
 
 
-def is_nearer_absolute(
-    problem: RobotProblem, level: Level, joints: JointCoordinates, tolerance: Callable[[str], float]
-) -> bool:
+def is_nearer_absolute(problem: RobotProblem, level: Level) -> bool:
     """Whether at most half as many entries are wrong if the coordinates are absolute angles."""
-    model, still = AnalyticRobot(problem.robot, level), np.zeros(joints.size)
-    unit = np.eye(joints.size)
-    relative = Reading("relative", "relative angles", unit, unit, unit, still)
+    model, joints = AnalyticRobot(problem.robot, level), describe_coordinates(problem.robot)
+    relative = linear_reading("relative", "relative angles", np.eye(joints.size))
     absolute = [each for each in list_readings(joints) if each.kind == "absolute"]
-    counts = [_count_wrong(each, model, problem, tolerance) for each in (relative, *absolute)]
+    counts = [_count_wrong(each, model, problem) for each in (relative, *absolute)]
     return len(counts) > 1 and 2 * counts[1] <= counts[0] > 0
 
 
-def _count_wrong(
-    reading: Reading,
-    model: AnalyticRobot,
-    problem: RobotProblem,
-    tolerance: Callable[[str], float],
-) -> int:
-    """Number of entries that differ by more than a tolerance, relative to the reading's M."""
+def _count_wrong(reading: Reading, model: AnalyticRobot, problem: RobotProblem) -> int:
+    """Number of entries that differ by more than a tolerance, relative to the reading's M.
+
+    The tolerance is the level's, or one of readings for a robot in the place of an arm.
+    """
     user_values, counts = problem.answers.values, list[int]()
+    sizes = problem.sizes.get(model.level)
     for values in _generate_values([reading], model, problem.states, problem):
         mass = values.pop(MASS)[0]
         root, count = np.sqrt(np.abs(np.einsum("sii->si", mass))), 0
@@ -93,7 +86,8 @@ def _count_wrong(
             scale = 1 / scale if part == "acceleration" else scale
             right, wrong = each[0] / scale, (user_values[part] - each[0]) / scale
             largest = np.abs(right).max() if part != "mass_matrix" else 1.0
-            within = (np.abs(wrong) <= tolerance(part) * largest).all(axis=0)
+            tolerance = sizes.tolerance(part) if sizes else FITS
+            within = (np.abs(wrong) <= tolerance * largest).all(axis=0)
             count += int(np.count_nonzero(~within))
         counts.append(count)
     return min(counts)

@@ -51,11 +51,7 @@ from crosscheck.trial.robots.consistency import (
 )
 from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import Rates, diagnose
-from crosscheck.trial.robots.judge import (
-    SINGLE,
-    RobotProblem,
-    compute_sizes_by_level,
-)
+from crosscheck.trial.robots.judge import SINGLE, RobotProblem, compute_sizes_by_level
 from crosscheck.trial.robots.rates import (
     BiasTerms,
     compute_bias_terms,

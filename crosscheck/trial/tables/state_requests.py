@@ -21,9 +21,9 @@ from crosscheck.registry import register
 from crosscheck.trial.arms.model import make_registry_entry
 from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.arms.subject import build_problem, list_tasks
+from crosscheck.trial.changes.arms.arm_numbers import draw_probe_arms
+from crosscheck.trial.changes.arms.causes import PROBES
 from crosscheck.trial.changes.arms.comparison import list_entry_questions
-from crosscheck.trial.changes.arms.diagnosis import PROBES
-from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.calls import MATRICES, TAKES
@@ -134,7 +134,7 @@ class TableTrial(AnsweredTrial):
         Raises InputError where there is no such arm.
         """
         requests = []
-        for arm in draw_probe_arms(self.mechanism, PROBES):
+        for arm in draw_probe_arms(self.mechanism, PROBES, {}):
             notes: dict[Call, None] = {}
             probe = self._record_calls(parts, notes)[1].adapt_to_arm(arm)
             _perform(probe, list_entry_questions(probe))

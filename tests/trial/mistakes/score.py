@@ -13,8 +13,8 @@ from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
 from crosscheck.trial.arms.model import make_registry_entry
 from crosscheck.trial.arms.subject import build_problem
+from crosscheck.trial.changes.arms.causes import build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.comparison import ask_and_compare
-from crosscheck.trial.changes.arms.diagnosis import build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations

@@ -1,15 +1,22 @@
-"""Why entries are wrong: their differences on the arm, and on others, made by changes of terms."""
+"""Why entries are wrong: their differences on the arm, and on others, made by changes of terms.
+
+The others, of the arm's structure, show what its equal numbers and zeros hide.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
+from crosscheck.models.errors import InputError
+from crosscheck.trial.arms.questions import VerificationProblem
+from crosscheck.trial.changes.arms.arm_numbers import draw_probe_arms
+from crosscheck.trial.changes.arms.comparison import EntryComparison, Perform, ask_and_compare
+from crosscheck.trial.changes.arms.dependence import Dependence, IgnoredNumber
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
 from crosscheck.trial.changes.arms.polynomial import as_polynomial
 from crosscheck.trial.changes.arms.segments import (
@@ -18,26 +25,19 @@ from crosscheck.trial.changes.arms.segments import (
     evaluate_entry,
 )
 from crosscheck.trial.changes.arms.steps import find_steps
-from crosscheck.trial.changes.arms.targets import (
-    make_entry_target,
-)
 from crosscheck.trial.changes.arms.term_changes import WEIGHT, Target, TermChange
-from crosscheck.trial.changes.arms.term_search import ChangeSet, search_changes
+from crosscheck.trial.changes.arms.term_search import ChangeSet, make_entry_target, search_changes
 from crosscheck.trial.changes.arms.term_words import (
     error_signature,
     make_difference_terms,
     make_term_error,
 )
 from crosscheck.trial.judge import entries
-from crosscheck.trial.judge.entries import (
-    EntryMismatch,
-    EntryPlace,
-    Explanation,
-    TermError,
-)
+from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, TermError
 
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
 FOLLOWS = "follows from the wrong M"
+PROBES = 2
 
 
 def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
@@ -60,7 +60,7 @@ def _is_same_map(columns: np.ndarray, arm: EntryComparison) -> bool:
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
-def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, entries.TermError]:
+def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, TermError]:
     explanations = [wrong.explanation for wrong in wrong_entries if wrong.explanation]
     return {error_signature(error): error for each in explanations for error in each.errors}
 
@@ -89,7 +89,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
         right, yours = (entries.format_rates(each, arm.problem.names) for each in rates)
         return replace(wrong, notes=(f"yours has {yours} where {right} belongs",))
     waves = arm.fit_waves(place)
-    arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
+    arms = [each for each in arms if place.quantity in each.user_values]
     target = make_entry_target(arms, place)
     sets = search_changes(target, _list_whole_weights(arms, place, target))
     if len(arms) == 1:  # whose numbers are met by many pairs
@@ -156,7 +156,7 @@ def _explain_parts(
     open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
     for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
         group = [wrong for wrong in open_entries if wrong.place.part == part]
-        quantity = QUANTITIES[part]
+        quantity = group[0].place.quantity
         if any(each.terms is None or quantity not in each.user_values for each in arms):
             continue
         group = _prefer_shared_errors(group, arms[0].values)
@@ -212,10 +212,75 @@ def _explain_part(
     part = wrong[0].part
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
-    errors = find_steps(arms, part)
-    return dict.fromkeys(wrong, _explain_by_any(errors)) if errors else {}
+    sets = [(error,) for error in find_steps(arms, part)]
+    return dict.fromkeys(wrong, Explanation(sets[0], 0.0, tuple(sets[1:]))) if sets else {}
 
 
-def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
-    """Explain a difference by the first of several errors that each make it alone."""
-    return Explanation((errors[0],), 0.0, tuple((each,) for each in errors[1:]))
+def build_probe_problems(
+    problem: VerificationProblem, unfollowed: Sequence[IgnoredNumber] = ()
+) -> list[VerificationProblem]:
+    """Benches of the same equations on arms that show what equal numbers and zeros hide, if any.
+
+    unfollowed: numbers that these arms keep.
+    """
+    if not problem.equations.any_arm:
+        return []
+    try:
+        kept = {each.name: each.goes_with for each in unfollowed}
+        arms = draw_probe_arms(problem.case.arm, PROBES, kept)
+        return [problem.adapt_to_arm(arm) for arm in arms]
+    except InputError:  # equations of some arms alone are right or wrong on this one
+        return []
+
+
+class Diagnosis(NamedTuple):
+    """The wrong entries with their reasons, and the numbers that the equations do not follow.
+
+    uncertain: further ones, which may be errors.
+    """
+
+    wrong_entries: list[EntryMismatch]
+    ignored_numbers: list[IgnoredNumber]
+    uncertain: list[IgnoredNumber]
+
+
+def diagnose(
+    here: EntryComparison, there: Sequence[EntryComparison], perform: Perform
+) -> Diagnosis:
+    """The wrong entries, here and on other arms, with their reasons.
+
+    Where any differ, the numbers of the arm's file are changed one by one; those that the equations
+    do not follow are kept on the other arms, which are then asked again.
+    """
+    problem = here.problem
+    alone = not there or problem.equations.table is not None
+    if alone or not any(any(each.wrong_entries) for each in (here, *there)):
+        return Diagnosis(explain_entries(here, there), [], [])
+    unfollowed = Dependence(here, perform).find_ignored_numbers()
+    certain = [each for each in unfollowed if each.certain]
+    uncertain = [each for each in unfollowed if not each.certain]
+    diagnosis = Diagnosis(_explain_with_probes(here, there, certain, perform), certain, uncertain)
+    if uncertain and _count_unexplained(diagnosis.wrong_entries):
+        other = Diagnosis(_explain_with_probes(here, there, unfollowed, perform), unfollowed, [])
+        diagnosis = min(diagnosis, other, key=lambda each: _count_unexplained(each.wrong_entries))
+    return diagnosis
+
+
+def _explain_with_probes(
+    here: EntryComparison,
+    there: Sequence[EntryComparison],
+    kept: Sequence[IgnoredNumber],
+    perform: Perform,
+) -> list[EntryMismatch]:
+    """The wrong entries with their reasons, by other arms that keep these numbers."""
+    if any(each.parts for each in kept):
+        probes = build_probe_problems(here.problem, kept)
+        there = ask_and_compare(probes, here.level, perform)
+    return explain_entries(here, there)
+
+
+def _count_unexplained(wrong_entries: Sequence[EntryMismatch]) -> int:
+    """Number of entries that are wrong on the user's arm without a reported reason."""
+    return sum(
+        each.explanation is None and not each.notes for each in wrong_entries if not each.shown_on
+    )

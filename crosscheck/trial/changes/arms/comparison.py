@@ -12,39 +12,18 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.trial.arms.questions import StateQuestion, VerificationProblem
+from crosscheck.trial.changes.arms import segments
 from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
-from crosscheck.trial.changes.arms.segments import (
-    ReferenceTerms,
-    TermKey,
-    build_reference_terms,
-    derive_bias,
-    evaluate_wave,
-    find_columns,
-    rate_name,
-)
-from crosscheck.trial.changes.arms.waves import (
-    FOLLOWS,
-    WaveBasis,
-    list_keys,
-    minimum_state_count,
-)
+from crosscheck.trial.changes.arms.waves import FOLLOWS, WaveBasis, list_keys, minimum_state_count
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
 
-# Where each part is looked at entry by entry.
-BY_ENTRY = {
-    "mass_matrix": "mass_matrix",
-    "bias": "rate_terms",
-    "gravity": "gravity",
-    "force": "force",
-}
 UNQUADRATIC = "is no sum of products of two rates"
 Rates = tuple[int, int]
 Perform = Callable[[Sequence[ModelTask]], Results]
-QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
 
 @dataclass(frozen=True)
@@ -124,10 +103,10 @@ class EntryComparison:
         """The user's map in letters of the arm; None if it is not linear."""
         if self.letters is not None or self.frame.matrix is None:
             return self.letters
-        return find_columns(self.frame, self.problem.case.arm)
+        return segments.find_columns(self.frame, self.problem.case.arm)
 
     @cached_property
-    def terms(self) -> ReferenceTerms | None:
+    def terms(self) -> segments.ReferenceTerms | None:
         """Terms that belong in every entry; None where these cannot be determined.
 
         They cannot be if the map is not linear, nor at fewer states than an entry may have terms.
@@ -136,7 +115,7 @@ class EntryComparison:
             return None
         arm, chosen = self.problem.case.arm, self.problem.case.switches
         has_gravity, columns = self.problem.has_gravity, self.columns
-        terms = build_reference_terms(
+        terms = segments.build_reference_terms(
             self.frame, arm, chosen, self.level, has_gravity=has_gravity, columns=columns
         )
         return terms if self.problem.count >= minimum_state_count(terms) else None
@@ -164,26 +143,25 @@ class EntryComparison:
         layout, chosen = self.frame.layout, self.problem.case.switches
         signals = compute_signals(arm, layout, chosen, self.force_states)
         return signals | {
-            rate_name(name): self.rates[:, k] for k, name in enumerate(self.frame.names)
+            segments.rate_name(name): self.rates[:, k] for k, name in enumerate(self.frame.names)
         }
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at the first states (K,), and the entry's size."""
-        quantity, index = QUANTITIES[place.part], place.index
+        quantity, index = place.quantity, place.index
         differences = self.user_values[quantity] - self.reference_values[quantity]
         return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
 
     def noise(self, place: EntryPlace) -> float:
         """Rounding of an entry's difference."""
-        quantity = QUANTITIES[place.part]
-        rounding = self.sizes.tolerance(quantity) - entries.LOOSEST
-        return rounding * float(self.sizes.entry_sizes(quantity)[place.index])
+        rounding = self.sizes.tolerance(place.quantity) - entries.LOOSEST
+        return rounding * float(self.sizes.entry_sizes(place.quantity)[place.index])
 
     @cached_property
     def _bases(self) -> dict[tuple[str, int], WaveBasis]:
         return {}
 
-    def fit_waves(self, place: EntryPlace) -> dict[TermKey, float] | None:
+    def fit_waves(self, place: EntryPlace) -> dict[segments.TermKey, float] | None:
         """The difference of an entry, taken apart into waves and signals; None where none do."""
         values, size = self.difference(place)
         kind = "force" if place.part in ("force", "gravity") else "mass_matrix"
@@ -197,19 +175,19 @@ class EntryComparison:
         return self._bases[key].fit(values, size)
 
     @cached_property
-    def _bias_from_mass(self) -> Mapping[tuple[EntryPlace, TermKey], float]:
+    def _bias_from_mass(self) -> Mapping[tuple[EntryPlace, segments.TermKey], float]:
         """Differences of the bias that follow from the wrong entries of M."""
         places = [w.place for w in self.wrong_entries if w.place.column is not None]
         fits = [(place, self.fit_waves(place) or {}) for place in places]
         assert self.terms is not None  # else nobody asks
         mass = [(place, key, number) for place, fit in fits for key, number in fit.items()]
-        return derive_bias(mass, self.terms.angles)
+        return segments.derive_bias(mass, self.terms.angles)
 
     def is_caused_by_mass(self, place: EntryPlace) -> bool:
         """Whether an entry of the bias is wrong for no other reason than M."""
         difference, _ = self.difference(place)
         made = [
-            number * evaluate_wave(key, self.angles[: len(difference)])
+            number * segments.evaluate_wave(key, self.angles[: len(difference)])
             for (at, key), number in self._bias_from_mass.items()
             if at == place
         ]
@@ -239,8 +217,8 @@ class EntryComparison:
 
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:
     """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
-    quantities = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
-    return quantities or ["acceleration"]
+    parts = [part for part in ("mass_matrix", "bias", "gravity", "force") if part in problem.has]
+    return ["rate_terms" if part == "bias" else part for part in parts] or ["acceleration"]
 
 
 def compare_entries(problem: VerificationProblem, level: str, results: Results) -> EntryComparison:

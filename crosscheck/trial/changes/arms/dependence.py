@@ -27,12 +27,8 @@ from crosscheck.trial.changes.arms.arm_numbers import (
     nonzero_substitute,
     replace_numbers,
 )
-from crosscheck.trial.changes.arms.comparison import (
-    EntryComparison,
-    Perform,
-    ask_and_compare,
-)
-from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
+from crosscheck.trial.changes.arms.comparison import EntryComparison, Perform, ask_and_compare
+from crosscheck.trial.judge.entries import EntryPlace, Part, entry_place, find_part
 
 FEW_STATES = 3
 FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range
@@ -112,7 +108,7 @@ class Dependence:
             partly = partly or (follows and bool(moved.any()))
             if follows or not moved.any():
                 continue
-            parts.append(PARTS[quantity])
+            parts.append(find_part(quantity))
             places = {entry_place(quantity, tuple(index)) for index in np.argwhere(moved).tolist()}
             right_entry = right_entry or not places <= self._wrong_places
         if matters and not parts:

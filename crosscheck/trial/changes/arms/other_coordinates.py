@@ -14,8 +14,8 @@ from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.coordinates.readings import (
-    FITS,
     Reading,
+    linear_reading,
     list_readings,
     select_first_kind,
 )
@@ -43,7 +43,7 @@ def find_readings(
 
     def select(robot: Robot, level: Level, readings: Sequence[Reading]) -> list[Reading]:
         robot_problem = _build_robot_problem(problem, user_values, robot, level)
-        return select_readings(robot_problem, level, readings, lambda part: FITS)
+        return select_readings(robot_problem, level, readings)
 
     size = len(arm.joints)
     ratios = [
@@ -53,8 +53,7 @@ def find_readings(
     joints = describe_coordinates(robots["links"][0])
     names = [f"theta_{number + 1}" for number in range(size)]
     joints = replace(joints, names=names, ratios=np.array(ratios))
-    unit = np.eye(size)
-    relative = Reading("relative", "relative angles", unit, unit, unit, np.zeros(size))
+    relative = linear_reading("relative", "relative angles", np.eye(size))
     simple = [relative, *list_readings(joints)]
     stated = [each for each in simple if _is_stated(each, matrix)]
     for name in problem.levels:
@@ -79,8 +78,7 @@ def is_nearer_absolute(
 
     robot, robot_level = build_level_robots(problem.case.arm)[level]
     robot_problem = _build_robot_problem(problem, user_values, robot, robot_level)
-    joints = readings.describe_coordinates(robot)
-    return readings.is_nearer_absolute(robot_problem, robot_level, joints, lambda part: FITS)
+    return readings.is_nearer_absolute(robot_problem, robot_level)
 
 
 def _build_robot_problem(

@@ -12,13 +12,20 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.arm_numbers import list_robot_numbers
-from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
+from crosscheck.trial.changes.arms.comparison import EntryComparison
 from crosscheck.trial.changes.kane import FACTORS
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch, find_explanations, name_causes
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.judge.entries import PART_TITLES, PARTS, LevelDistance, Part, Term, TermError
+from crosscheck.trial.judge.entries import (
+    PART_TITLES,
+    LevelDistance,
+    Part,
+    Term,
+    TermError,
+    find_part,
+)
 
 UNITS = {  # of whole parts
     by**power: f"{by**power:.6g} times as large: another unit?"
@@ -98,7 +105,7 @@ def find_changes(
 
 def _search_numbers(arm: EntryComparison) -> CauseSearch:
     """The search among the numbers of an arm's file and what its robot may be taken for."""
-    problem = build_change_problem(arm, [PARTS[each] for each in arm.user_values])
+    problem = build_change_problem(arm, [find_part(each) for each in arm.user_values])
     numbers = list_robot_numbers(arm.problem.case.arm, has_gears=arm.level != "links")
     return CauseSearch(problem, ChangeTable(problem, list(numbers)))
 
@@ -120,8 +127,9 @@ def build_change_problem(arm: EntryComparison, parts: Sequence[Part]) -> ChangeP
     few, u = slice(STATES), arm.rates[:STATES]
     v, still = u @ matrix[theta].T, np.zeros_like(arm.angles[few])
     values, right, sizes = dict[str, Any](), dict[str, Any](), dict[str, Any]()
+    quantities = {find_part(each): each for each in arm.user_values}
     for part in parts:
-        quantity = QUANTITIES[part]
+        quantity = quantities[part]
         size = arm.sizes.entry_sizes(quantity)
         values[part], right[part] = (
             each[quantity][few] for each in (arm.user_values, arm.reference_values)
@@ -148,7 +156,7 @@ def build_change_problem(arm: EntryComparison, parts: Sequence[Part]) -> ChangeP
         values=values,
         right=right,
         sizes={"mass_matrix": mass_size, **sizes},
-        tolerances={part: arm.sizes.tolerance(QUANTITIES[part]) for part in parts},
+        tolerances={part: arm.sizes.tolerance(quantities[part]) for part in parts},
         is_driven=arm.problem.has_gravity,
         turns=matrix[theta],
     )

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations_with_replacement
-from itertools import product as choices
 
 import numpy as np
 
+from crosscheck.trial.changes.arms.comparison import EntryComparison
 from crosscheck.trial.changes.arms.letters import (
     STEMS_BY_QUANTITY,
     Values,
+    draw_unrelated_values,
     parse_letter,
 )
 from crosscheck.trial.changes.arms.polynomial import Monomial, Number
 from crosscheck.trial.changes.arms.segments import EntryTerms, Product, TermKey
-from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange
+from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange, TermSample
+from crosscheck.trial.changes.arms.waves import list_keys
 from crosscheck.trial.changes.pairs import rank_pairs
-from crosscheck.trial.judge.entries import ErrorKind
+from crosscheck.trial.judge.entries import EntryPlace, ErrorKind
 
 FITS = 1e-9  # largest residual of a change, relative to the difference
 ROUNDING = 1e-11  # largest part of an effect that counts as 0
@@ -26,14 +29,15 @@ LARGEST = 1e3  # largest effect of a change in a pair, over the difference
 MOST_OTHERS = 6
 UNLIKELY = 1.6  # a cost from which a term too many may be as likely
 FAR_FETCHED = 0.5  # largest cost above the likeliest explanation's that is reported
-MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
 ChangeSet = tuple[TermChange, ...]
+FEW_STATES = 12  # states at which changes are tried; of forces, which may have branches, more
+MOST_STATES = 60
 
 
 def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[ChangeSet]:
-    """The changes that make a target, likeliest first: one; one for each wave; two together.
+    """The changes that make a target, likeliest first: one, else two together.
 
     others: further changes, such as other laws of a mesh.
     """
@@ -45,15 +49,12 @@ def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[Ch
     if is_open and 0 < len(target.parts) <= MOST_WRONG:
         changes += list_extra_terms(target)
         single = find_singles(target, changes)
-    return select_likely(single or _find_covers(target, changes) or _find_pairs(target, changes))
+    return select_likely(single or _find_pairs(target, changes))
 
 
-def find_singles(
-    target: Target, changes: Sequence[TermChange], key: TermKey | None = None
-) -> list[ChangeSet]:
-    """Changes of which each makes the difference, or its part before a wave."""
-    goal = target.difference if key is None else target.parts[key]
-    off = np.abs(_stack(target, changes) - goal) <= target.tolerance
+def find_singles(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
+    """Changes of which each makes the difference."""
+    off = np.abs(_stack(target, changes) - target.difference) <= target.tolerance
     return [(changes[number],) for number in np.flatnonzero(off.all(axis=(1, 2))).tolist()]
 
 
@@ -102,17 +103,6 @@ def _fingerprint(changes: ChangeSet) -> tuple[str, ...]:
     size = np.abs(total).max()
     kept = np.where(np.abs(total) > ROUNDING * size, total, 0.0)
     return tuple(f"{number:.8e}" for number in kept)
-
-
-def _find_covers(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
-    """Sets of changes of which each makes the difference before one wave."""
-    if not 1 < len(target.parts) <= MOST_WRONG:
-        return []
-    likely = [select_likely(find_singles(target, changes, key)) for key in target.parts]
-    chosen = [[each for (each,) in sets][:MOST_PER_KEY] for sets in likely]
-    if len(chosen) > 3 and all(chosen):
-        chosen = [each[:1] for each in chosen]
-    return list(choices(*chosen))
 
 
 def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
@@ -208,3 +198,41 @@ def _generate_products(values: Values, *, weighing: bool) -> Iterator[EntryTerms
     ):
         powers = tuple(sorted((name, names.count(name)) for name in set(names)))
         yield (Product(TermKey(()), Monomial(1, powers)),)
+
+
+def make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
+    """What changes must make of one entry on every arm, at some states."""
+    target = _make_target(arms, place)
+    fits = [arm.fit_waves(place) or {} for arm in arms]
+    keys = dict.fromkeys(key for fit in fits for key in fit) if fits[0] else {}
+    numbers = {key: np.array([[fit.get(key, 0.0)] for fit in fits]) for key in keys}
+    columns = {key: target.column(key)[: len(arms)] for key in keys}
+    return replace(target, parts={key: numbers[key] * columns[key] for key in keys})
+
+
+def _make_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
+    """What changes must make of an entry of each arm at some states.
+
+    These are the first, corners at the end, and the worst.
+    """
+    terms, differences = arms[0].terms, [arm.difference(place)[0] for arm in arms]
+    assert terms is not None  # else nobody asks
+    count = min(map(len, differences))
+    half = (MOST_STATES if place.part == "force" else FEW_STATES) // 2
+    worst = int(np.abs(differences[0][:count]).argmax())
+    few = np.unique([*range(min(count, half)), *range(max(count - half, 0), count), worst])
+    present = [n for n in arms[0].values if any(each.values[n] for each in arms)]
+    samples = [
+        TermSample(
+            {name: arm.values[name] for name in present},
+            arm.angles[few],
+            {name: signal[few] for name, signal in arm.signals.items()},
+        )
+        for arm in arms
+    ]
+    samples.append(samples[0]._replace(values=draw_unrelated_values(present)))
+    terms = terms.drop_letters({*arms[0].values} - {*present})
+    goals = np.array([difference[few] for difference in differences])
+    allowed = FITS * np.abs(goals).max(axis=1) + [arm.noise(place) for arm in arms]
+    keys, tolerance = list_keys(terms, arms[0].signals, place.part), allowed[:, None] + 0 * goals
+    return Target(terms, place, samples, goals, tolerance, keys, states=few)

@@ -8,12 +8,7 @@ from itertools import product as combinations
 
 import numpy as np
 
-from crosscheck.trial.changes.arms.segments import (
-    AngleSum,
-    ReferenceTerms,
-    TermKey,
-    evaluate_wave,
-)
+from crosscheck.trial.changes.arms.segments import AngleSum, ReferenceTerms, TermKey, evaluate_wave
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # least error of a value, in roundings of its natural size
