@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.corners import list_corners
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.loading import load_arm, load_scenario, make_rest_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import build
@@ -206,3 +207,38 @@ def test_inverse_dynamics_alone_is_judged_where_a_and_v_meet(labelled):
     assert trial_of(of(0.0), labelled).exit_code == 0
     (red,) = trial_of(of(1e-3), labelled).agreement.disagreeing
     assert red.quantity == "inverse-dynamics"
+
+
+@pytest.mark.parametrize(("friction", "weighs", "rubs"), [(0, 1, 1), (0.7, 1, 1), (0.7, 0.9, 0.9)])
+@pytest.mark.parametrize("form", ["effects", "beside gravity", "beside force", "whole in force"])
+def test_weights_and_friction_may_stand_where_people_write_them(form, friction, weighs, rubs):
+    plain = make_plain_arm("tested", 2)
+    damped = plain.joints[0].model_copy(update={"friction_N_m_s_per_rad": friction})
+
+    def factory(arm: Arm) -> Equations:
+        model = build("analytic:links", arm, make_rest_scenario())
+
+        def hold(x: np.ndarray) -> np.ndarray:
+            return -weighs * model.generalized_force(0.0, x, 0 * x)
+
+        def bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
+            return model.bias(x, v) + hold(x) + rubs * friction * v
+
+        def whole(x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+            return model.mass_matrix(x) @ a + bias(x, v)
+
+        def push(x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            return torque - hold(x) - rubs * friction * v
+
+        return {
+            "effects": Equations(model.mass_matrix, bias),
+            "beside gravity": Equations(inverse_dynamics=whole, gravity=hold),
+            "beside force": Equations(inverse_dynamics=whole, force=lambda torque: torque),
+            "whole in force": Equations(
+                model.mass_matrix, model.bias, inverse_dynamics=whole, force=push
+            ),
+        }[form]
+
+    trial = trial_of(factory, plain.model_copy(update={"joints": (damped, damped)}))
+    assert trial.agrees == (weighs == 1)
+    assert any("not 0 at rest" in each for each in trial.scope)

@@ -270,8 +270,7 @@ class ArmSubject(TrialSubject):
             where = f"also on {others}, to catch errors that equal values here would hide"
         yield f"compared in {', '.join(self.problem.names)}, {where}"
         equations = self.problem.equations
-        if self.problem.has_gravity and equations.gravity is None:
-            yield "inverse_dynamics is not 0 at rest: read as M a + bias + gravity"
+        yield from bind_equations(equations, self.problem.case.arm, self.problem.frame).readings
         table = equations.table
         if table is not None and table.precision:
             single = table.precision == SINGLE

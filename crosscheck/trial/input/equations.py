@@ -109,12 +109,12 @@ class Equations:
 
     Args:
         mass_matrix: M, shape (n, n), by (x).
-        bias: C(x, v) v, shape (n,), by (x, v).
+        bias: C(x, v) v, shape (n,), by (x, v); with the weights where nothing else has them.
         coriolis: C itself, shape (n, n), by (x, v), in place of the bias.
         force: Drive, meshes, dampers and friction, shape (n,), by (t, x, v, torque); and weight,
             where there is no gravity beside it.
         acceleration: x'', shape (n,), by (t, x, v, torque).
-        inverse_dynamics: M a + bias, or M a + bias + gravity, shape (n,), by (x, v, a).
+        inverse_dynamics: M a + bias, shape (n,), by (x, v, a); gravity and friction may be in it.
         coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
         level: Which rigid level a rigid model is meant to be: ``links``, ``carriers``,
             ``armature`` or ``coupled``; of a robot also ``elastic``, links and motors with springs

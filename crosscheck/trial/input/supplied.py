@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,19 @@ from crosscheck.trial.input.calls import (
 )
 from crosscheck.trial.input.equations import Equations
 
+WEIGHTS, FRICTION = "weights", "friction"
+READINGS = {  # of what a part holds beside what its name says
+    ("inverse_dynamics", WEIGHTS): "is not 0 at rest: read as M a + bias + gravity",
+    ("inverse_dynamics", FRICTION): "has the joints' friction",
+    (
+        "bias",
+        WEIGHTS,
+    ): "is not 0 at rest: read as nonlinear effects, C v + g, of which g is its gravity",
+    ("bias", FRICTION): "has the joints' friction",
+}
+PARTS_OF_MOTION = frozenset({"bias", "inverse_dynamics"})
+ROUNDING = 1e-9  # of a bias at rest, relative to what it is in motion
+
 
 @dataclass(frozen=True)
 class SuppliedEquations:
@@ -29,7 +43,8 @@ class SuppliedEquations:
     M, bias and gravity without a force are M x'' + h + g = tau: the force is what the torques do.
 
     given: parts that the user's functions are; has: these and what follows from them; motors: the
-    joints that have one, from 0; holds_weights: whether inverse_dynamics holds the weights too. A
+    joints that have one, from 0; held: which parts hold weights or friction beside M a + bias;
+    left: which of these stand on the left of the equation, so that the force is without them. A
     method whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
     coordinates; torque (joints,) [N m] on the output side. Raises BadAnswer for an answer that is
     no array of finite numbers of the right shape, and whatever the user's function raises.
@@ -42,14 +57,20 @@ class SuppliedEquations:
     has: frozenset[str]
     motors: tuple[int, ...]
     calls: Mapping[str, NamedCall | MotorCall] = field(repr=False)
-    holds_weights: bool = False
+    held: frozenset[tuple[str, str]] = frozenset()
+    left: frozenset[str] = frozenset()
+
+    @property
+    def readings(self) -> list[str]:
+        """Sentences on what parts hold beside what their names say."""
+        return [f"{part} {READINGS[part, held]}" for part, held in sorted(self.held)]
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""
         if "mass_matrix" in self.given:
             return self._call_part("mass_matrix", x=x)
         zero, units = np.zeros(len(x)), np.eye(len(x))
-        rest = self.hold_at_rest(x)
+        rest = self._call_at_rest("inverse_dynamics", x)
         columns = [
             self._call_part("inverse_dynamics", x=x, v=zero, a=unit) - rest for unit in units
         ]
@@ -57,18 +78,20 @@ class SuppliedEquations:
 
     def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """C(x, v) v, shape (n,), which stands on the left of the equation."""
-        if "bias" in self.given:
-            return self._call_part("bias", x=x, v=v)
-        if "coriolis" in self.given:
+        if "coriolis" in self.given and "bias" not in self.given:
             return self._call_part("coriolis", x=x, v=v) @ v
-        return self._compute_moving_torques(x, v, np.zeros(len(x)))
+        part = "bias" if "bias" in self.given else "inverse_dynamics"
+        rest = self._call_at_rest(part, x) if (part, WEIGHTS) in self.held else 0.0
+        return self.call_moving(part, x, v) - rest - self._compute_held_friction(part, x, v)
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
         if "force" not in self.given and "force" in self.has:
             joints: np.ndarray = self.frame.jacobian(x)[self.frame.layout.theta]
-            return joints.T @ torque
-        return self._call_part("force", t=t, x=x, v=v, torque=torque)
+            force = joints.T @ torque
+        else:
+            force = self._call_part("force", t=t, x=x, v=v, torque=torque)
+        return force - self.friction(x, v) if FRICTION in self.left else force
 
     def whole_force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """The force with the weights, whether these are in it or apart, shape (n,)."""
@@ -77,11 +100,10 @@ class SuppliedEquations:
 
     def gravity(self, x: np.ndarray) -> np.ndarray:
         """Forces that hold the weights, shape (n,), on the left of the equation."""
-        return self.hold_at_rest(x) if self.holds_weights else self._call_part("gravity", x=x)
-
-    def hold_at_rest(self, x: np.ndarray) -> np.ndarray:
-        """The inverse dynamics of no motion, shape (n,)."""
-        return self._call_part("inverse_dynamics", x=x, v=np.zeros(len(x)), a=np.zeros(len(x)))
+        parts = [part for part, held in self.held if held == WEIGHTS]
+        if "gravity" in self.given or not parts:
+            return self._call_part("gravity", x=x)
+        return self._call_at_rest(min(parts), x)
 
     def acceleration(
         self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray
@@ -98,14 +120,32 @@ class SuppliedEquations:
 
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""
-        if "inverse_dynamics" in self.given:
-            return self._compute_moving_torques(x, v, a)
-        return self.mass_matrix(x) @ a + self.bias(x, v)
-
-    def _compute_moving_torques(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """The user's inverse dynamics without the weights, shape (n,)."""
+        if "inverse_dynamics" not in self.given:
+            return self.mass_matrix(x) @ a + self.bias(x, v)
         whole = self._call_part("inverse_dynamics", x=x, v=v, a=a)
-        return whole - self.gravity(x) if self.holds_weights else whole
+        weights: np.ndarray | float = 0.0
+        if ("inverse_dynamics", WEIGHTS) in self.held:
+            has_gravity = "gravity" in self.has
+            weights = self.gravity(x) if has_gravity else self._call_at_rest("inverse_dynamics", x)
+        return whole - weights - self._compute_held_friction("inverse_dynamics", x, v)
+
+    def call_moving(self, part: str, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Bias or inverse dynamics as they are given, without acceleration, shape (n,)."""
+        a = {"a": np.zeros(len(x))} if part == "inverse_dynamics" else {}
+        return self._call_part(part, x=x, v=v, **a)
+
+    def _call_at_rest(self, part: str, x: np.ndarray) -> np.ndarray:
+        return self.call_moving(part, x, np.zeros(len(x)))
+
+    def _compute_held_friction(self, part: str, x: np.ndarray, v: np.ndarray) -> np.ndarray | float:
+        return self.friction(x, v) if (part, FRICTION) in self.held else 0.0
+
+    def friction(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What the friction of the arm's file holds back, shape (n,), on the left."""
+        coefficients = np.array([joint.friction_N_m_s_per_rad for joint in self.arm.joints])
+        joints: np.ndarray = self.frame.jacobian(x)[self.frame.layout.theta]
+        friction: np.ndarray = joints.T @ (coefficients * (joints @ v))
+        return friction
 
     def _call_part(self, part: str, **arguments: Any) -> np.ndarray:
         """The answer of the user's function to copies of the arguments, (n,) or (n, n)."""
@@ -130,21 +170,51 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         equations, arm, frame, frozenset(calls), frozenset(has), motors, motor_calls
     )
     is_rigid = equations.coordinates.gearing == "rigid"
-    holds_weights = is_rigid and not has & {"gravity", "force"} and _has_weights(bound)
-    if holds_weights:
+    if is_rigid:
+        bound = _read_parts(bound)
+    if WEIGHTS in bound.left:
         has.add("gravity")
     if has >= {"mass_matrix", "bias", "gravity"} and is_rigid:
         has.add("force")
     if has >= {"mass_matrix", "bias", "force"}:
         has.add("acceleration")
-    return replace(bound, has=frozenset(has), holds_weights=holds_weights)
+    return replace(bound, has=frozenset(has))
 
 
-def _has_weights(bound: SuppliedEquations) -> bool:
-    """Whether the inverse dynamics of no motion hold something: Newton and Euler's in gravity."""
-    if "inverse_dynamics" not in bound.given or not any(bound.arm.gravity_m_per_s2):
-        return False
+def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
+    """The equations with what their parts hold, by the answers at a place, at rest and in motion.
+
+    What a given force has too is not on the left: then the part holds what the force is without.
+    """
+    x = np.linspace(0.3, 0.9, len(bound.frame.names))
+    v, held, left = x + 0.4, set[tuple[str, str]](), set[str]()
+    has_weights = any(bound.arm.gravity_m_per_s2)
     try:
-        return bool(bound.hold_at_rest(np.linspace(0.3, 0.9, len(bound.frame.names))).any())
-    except Exception:  # of the user's function, which the trial reports
-        return False
+        friction = bound.friction(x, v)
+        for part in PARTS_OF_MOTION & bound.given:
+            move = partial(bound.call_moving, part, x)
+            is_whole = part == "inverse_dynamics" or not bound.given & {"gravity", "force"}
+            rest = move(0 * v) if has_weights and is_whole else np.zeros(len(v))
+            if (np.abs(rest) > ROUNDING * np.abs(move(v)).max()).any():
+                held.add((part, WEIGHTS))
+            if friction.any() and _is_nearer(_find_odd(move, v), friction):
+                held.add((part, FRICTION))
+        left |= {what for _, what in held}
+        if "force" in bound.given and left:
+            push = partial(bound.force, 0.0, x, torque=np.zeros(len(bound.arm.joints)))
+            weights = push(0 * v)
+            left -= {WEIGHTS} if weights.any() else set()
+            left -= {FRICTION} if _is_nearer(_find_odd(push, v), -friction) else set()
+    except Exception:  # of the user's functions, which the trial reports
+        return bound
+    return replace(bound, held=frozenset(held), left=frozenset(left))
+
+
+def _find_odd(function: Callable[[np.ndarray], np.ndarray], v: np.ndarray) -> np.ndarray:
+    """What of a function changes its sign with the rates."""
+    return (function(v) - function(-v)) / 2
+
+
+def _is_nearer(value: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether a value is nearer to what is expected than to nothing."""
+    return bool(np.abs(value - expected).sum() < np.abs(value).sum())
