@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, permutations, product
 
@@ -106,6 +106,23 @@ def list_unused(site: Site) -> Texts:
             yield from (f"{write_operand(site.node)} {sign} {text}" for sign in (*OPPOSITE, "*"))
 
 
+def list_unused_factors(site: Site) -> Texts:
+    """A vector less one of products with numbers that have names that nothing reads: friction."""
+    kind = site.kind or NUMBER
+    is_place = kind[0] == "array" and len(kind) == len(VECTOR) and site.is_sum_place(outer=True)
+    calls = (each for each in site.tree.list_all_nodes() if isinstance(each, ast.Call))
+    called = [
+        text for text in map(ast.unparse, (each.func for each in calls)) if text[-6:] == ".array"
+    ]
+    unused = sorted(site.scope.unused) if is_place and called else []
+    numbers = [text for text in unused if site.scope.kind(text) == NUMBER]
+    for factors in combinations(numbers, kind[1] if unused else 1):
+        for name, other in site.scope.list_leaves(written=True):
+            if other == kind:
+                terms = ", ".join(f"{each} * {name}[{n}]" for n, each in enumerate(factors))
+                yield f"{write_operand(site.node)} - {called[0]}([{terms}])"
+
+
 def list_unused_levers(site: Site) -> Texts:
     """A sum of vectors with a cross product of what has a name that nothing reads, and a vector."""
     is_place = site.kind in (VECTOR, None) and site.is_sum_place(outer=True)
@@ -181,17 +198,38 @@ def list_like_summands(site: Site, *, inner: bool) -> Texts:
         if is_sum(site.node) and is_square:  # the next term of a series
             yield f"{site.text} + {ast.unparse(summand)} @ {ast.unparse(summand)}"
         leaves = [node for node in ast.walk(summand) if site.tree.is_leaf(node)]
-        near = {ast.unparse(node): list_near_names(Site(site.tree, node)) for node in leaves}
-        others = {text: [n for n in names if n not in near] for text, names in near.items()}
-        for changed in (*combinations(others, 1), *combinations(others, 2)):
-            for names in product(*(others[each] for each in changed)):
-                exchanged = dict(zip(changed, names, strict=True))
-                pairs = [(node, exchanged.get(ast.unparse(node), "")) for node in leaves]
-                # The other index of at least one of two: m2 a2 and mp L2, and not l2 L2.
-                is_like = len(names) == 1 or any(a[0] == b[0] for a, b in exchanged.items())
-                if is_like and len({*names}) == len(names):
-                    like = write_exchanged(Site(site.tree, summand), [p for p in pairs if p[1]])
-                    yield f"{write_operand(site.node)} + {like}"
+        places = {ast.unparse(node): Site(site.tree, node) for node in leaves}
+        others = {
+            text: [
+                n for n in (*list_near_names(place), *_list_unused_names(place)) if n not in places
+            ]
+            for text, place in places.items()
+        }
+        for count in (1, 2, 3):
+            for changed in combinations(others, count):
+                for names in product(*(others[each] for each in changed)):
+                    exchanged = dict(zip(changed, names, strict=True))
+                    if len({*names}) == count and _are_alike(exchanged, site.scope.unused):
+                        pairs = [(node, exchanged.get(ast.unparse(node), "")) for node in leaves]
+                        like = write_exchanged(Site(site.tree, summand), [p for p in pairs if p[1]])
+                        yield f"{write_operand(site.node)} + {like}"
+
+
+def _list_unused_names(site: Site) -> list[str]:
+    """The names of its kind that nothing reads."""
+    kinds = site.scope.list_leaves()
+    return [text for text, kind in kinds if text in site.scope.unused and site.can_be(kind)]
+
+
+def _are_alike(exchanged: Mapping[str, str], unused: Collection[str]) -> bool:
+    """Whether one body's names may stand for another's, of which only the index differs.
+
+    Of two at least one has the same letters, m2 a2 and mp L2, but not l2 L2; of three none is read
+    anywhere but one.
+    """
+    if len(exchanged) > 2:
+        return sum(name in unused for name in exchanged.values()) >= 2
+    return len(exchanged) == 1 or any(a[0] == b[0] for a, b in exchanged.items())
 
 
 def list_further_derivatives(site: Site) -> Texts:

@@ -182,6 +182,19 @@ def list_counterparts(site: Site) -> Texts:
         yield ".".join([*path, COUNTERPARTS[name]])
 
 
+def list_other_functions(site: Site) -> Texts:
+    """Another function of the source, of as many arguments, for the one that is called."""
+    if site.name != "func" or not isinstance(site.node, ast.Name | ast.Attribute):
+        return
+    *path, name = site.text.split(".")
+    if name in site.tree.functions:
+        arguments, result = site.tree.list_arguments(name), site.tree.functions[name].result
+        for other, scope in site.tree.functions.items():
+            count = len(site.tree.list_arguments(other))
+            if other != name and count == len(arguments) and scope.result in (result, None):
+                yield ".".join([*path, other])
+
+
 def list_constants(site: Site) -> Texts:
     """Another number for a number of the code, or the name of an index.
 

@@ -26,6 +26,7 @@ from crosscheck.trial.source.additions import (
     list_like_summands,
     list_reactions,
     list_unused,
+    list_unused_factors,
     list_unused_levers,
 )
 from crosscheck.trial.source.changes import (
@@ -51,6 +52,7 @@ from crosscheck.trial.source.changes import (
     list_operators,
     list_opposites,
     list_orders,
+    list_other_functions,
     list_parentheses,
     list_powers,
     list_ranges,
@@ -95,6 +97,7 @@ KINDS = (
     EditKind(2, list_comparisons),
     EditKind(2, list_ranges),
     EditKind(2, list_counterparts),
+    EditKind(2, list_other_functions),
     EditKind(2, list_operators),
     EditKind(2, list_unused),
     EditKind(2, list_arguments),
@@ -115,6 +118,7 @@ KINDS = (
     EditKind(2, partial(list_negatives, of_products=True, inside=False)),
     EditKind(3, list_written_transposes),
     EditKind(3, list_unused_levers),
+    EditKind(3, list_unused_factors),
     EditKind(3, partial(list_exchanges, near=True, written=False)),
     EditKind(3, partial(list_exchanges, near=False, written=True)),
     EditKind(3, partial(list_like_summands, inner=True)),

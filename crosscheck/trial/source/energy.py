@@ -14,7 +14,9 @@ import copy
 import functools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import permutations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -60,13 +62,16 @@ def find_energies(
 
     equations: as the code makes them, with their symbols; bind_symbols: as in AnswerKey.
     """
-    symbolic = _state_gravity(equations.symbolic)
-    if symbolic is None:
-        return None
+    stated = _state_gravity(equations.symbolic)
     code, top = tree.code, tree.scopes[id(tree.code.statements[0])]
-    named = (each for each in code.statements if isinstance(each, ast.FunctionDef))
-    factories = [tree.functions[each.name] for each in named]
+    factory = ""
+    with suppress(KeyError):  # of a name that a function around it has
+        factory = getattr(code.select(top.values), "__name__", "")
+    factories = [tree.functions[factory]] if factory in tree.functions else []
     for scope in (top, *factories):
+        symbolic = stated or _recognize_symbols(scope, equations)
+        if symbolic is None:
+            continue
         values = dict(_list_expressions(scope, symbolic.x, symbolic.v))
         roles = _find_roles(values, symbolic)
         names = [name for name in roles[:2] if name]
@@ -74,10 +79,46 @@ def find_energies(
         end = _find_assignment(body, names)
         if end is not None:
             make = functools.partial(
-                _make_equations, equations=equations, roles=roles, bind_symbols=bind_symbols
+                _make_equations,
+                equations=replace(equations, symbolic=equations.symbolic or symbolic),
+                roles=roles,
+                bind_symbols=bind_symbols,
             )
             numbers = (n for n, each in scope.values.items() if _is_equal(each, symbolic.values))
             return _cut_code(code, scope, end, [*dict.fromkeys(names)], next(numbers, ""), make)
+    return None
+
+
+def _recognize_symbols(scope: Scope, equations: Equations) -> Symbolic | None:
+    """The symbols behind functions that SymPy wrote, and the M and gravity of their energies.
+
+    Two lists of a function are the coordinates and rates if one of its expressions has the answers
+    of the equations' functions at a place as its derivatives by them.
+    """
+    import sympy as sp
+
+    values = scope.list_values().values()
+    listed = (tuple(each) for each in values if isinstance(each, list | tuple | sp.MatrixBase))
+    vectors = {each: None for each in listed if all(isinstance(s, sp.Symbol) for s in each)}
+    energies = [each for each in scope.values.values() if isinstance(each, sp.Expr)]
+    for x, v in permutations(vectors, 2) if energies else ():
+        place = np.linspace(0.5, 1.5, len(x))
+        here = dict(zip(x, map(float, place), strict=True))
+        symbolic = Symbolic(x, v)
+        with suppress(Exception):  # of functions that ask for something else
+            for energy in energies if len(x) == len(v) else ():
+                mass = _differentiate_twice(energy, v)
+                weights = _differentiate_at_rest(energy, symbolic)
+                for part, slopes in (
+                    ("mass_matrix", mass),
+                    ("gravity", weights),
+                    ("gravity", -weights),
+                ):
+                    function = getattr(equations, part)
+                    if function and _is_same(slopes.xreplace(here), sp.Matrix(function(place))):
+                        symbolic = replace(symbolic, **{part: slopes})
+        if symbolic != Symbolic(x, v):
+            return symbolic
     return None
 
 

@@ -183,7 +183,7 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     if outer is not node:
         new = shown
     elif further != added and further[0] in "+-" and len(further) < len(old):
-        new, pieces = further, (f"{start}{removed} ", "", further, end)
+        new, pieces = further, (f"{start}{removed}", "", f" {further}", end)
     return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
 
 
