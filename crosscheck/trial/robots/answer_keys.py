@@ -20,17 +20,20 @@ from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
 from crosscheck.trial.source.answer_key import (
     AT_REST,
+    FACTORS,
     MOTIONS,
     WITHOUT_RATES,
     Answer,
     AnswerKey,
     LevelAnswers,
+    exchange_array,
+    exchange_code_numbers,
+    exchange_number,
 )
 from crosscheck.trial.source.sandbox import freeze
 
 FEW_STATES = 3
 SEED = 7
-FACTORS = 0.7, 1.4  # factors by which numbers of the other robots differ
 NumberKind = Literal["mass", "com", "inertia", "position"]
 NUMBER_KINDS: tuple[NumberKind, ...] = get_args(NumberKind)
 
@@ -47,12 +50,36 @@ def make_robot_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
     if problem.stiffness.any():  # springs of another robot would be others
         return
     states = problem.states.first(FEW_STATES)
-    for kind in NUMBER_KINDS:
-        other = draw_probe_robot(robot, kind)
+    others = [(kind, draw_probe_robot(robot, kind)) for kind in NUMBER_KINDS]
+    for kind, other in [*others, ("", exchange_numbers(robot))]:
         with suppress(InputError):  # where another robot's mass matrix loses its digits
             sizes = compute_sizes_by_level(remove_friction(other), problem.stated, states)
             there = replace(problem, robot=remove_friction(other), states=states, sizes=sizes)
-            yield _make_answer_key(there, level, other, {})
+            key = _make_answer_key(there, level, other, {})
+            yield key if kind else exchange_code_numbers(key, _list_numbers(robot))
+
+
+def exchange_numbers(robot: Robot) -> Robot:
+    """A robot of the same structure of which each number is another, equal ones the same."""
+    bodies = (
+        replace(
+            body,
+            mass=exchange_number(body.mass),
+            com=exchange_array(body.com),
+            inertia=exchange_array(body.inertia),
+        )
+        for body in robot.bodies
+    )
+    positions = (exchange_array(each.placement.position) for each in robot.joints)
+    joints = (
+        replace(joint, placement=replace(joint.placement, position=position))
+        for joint, position in zip(robot.joints, positions, strict=True)
+    )
+    rotors = (
+        replace(rotor, inertia=exchange_array(rotor.inertia), ratio=exchange_number(rotor.ratio))
+        for rotor in robot.rotors
+    )
+    return replace(robot, bodies=tuple(bodies), joints=tuple(joints), rotors=tuple(rotors))
 
 
 def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
@@ -141,7 +168,7 @@ def _make_answer_key(
 
 def _list_numbers(robot: Robot) -> Iterator[float]:
     """The numbers of a robot's bodies, places and rotors."""
-    bodies = [np.append(body.inertia, [body.mass, *body.com]) for body in robot.bodies]
+    bodies = [np.append(np.triu(each.inertia), [each.mass, *each.com]) for each in robot.bodies]
     places = [joint.placement.position for joint in robot.joints]
     rotors = [np.append(rotor.inertia, rotor.ratio) for rotor in robot.rotors]
     yield from (float(number) for array in (*bodies, *places, *rotors) for number in array.flat)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,33 @@ MOTIONS = {
     AT_REST: ("inverse_dynamics", " at rest"),
     WITHOUT_RATES: ("inverse_dynamics", " without rates"),
 }
+
+
+FACTORS = 0.7, 1.4  # factors by which numbers of other mechanisms differ
+# Numbers that formulas have too: they stay as they are where a code's numbers are exchanged.
+USUAL_FACTORS = 0.0, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0
+
+
+def exchange_number(number: float) -> float:
+    """Another number for one of a file, the same wherever it stands."""
+    if abs(number) in USUAL_FACTORS:
+        return number
+    (bits,) = np.array([abs(number)]).view(np.uint64)
+    return number * float(np.random.default_rng(int(bits)).uniform(*FACTORS))
+
+
+exchange_array = np.vectorize(exchange_number, otypes=[float])
+
+
+def exchange_code_numbers(answer_key: AnswerKey, numbers: Iterable[float]) -> AnswerKey:
+    """The answer key of a mechanism of exchanged numbers, for code that has those of the file.
+
+    numbers: of the file, as often as they stand there.
+    """
+    counts = Counter(abs(number) for number in numbers if number)
+    exchanged = {number: exchange_number(number) for number in counts}
+    equal = (number for number, count in counts.items() if count > 1 or number in USUAL_FACTORS)
+    return replace(answer_key, exchanged=exchanged, equal=frozenset(equal))
 
 
 @dataclass(frozen=True)
@@ -73,6 +101,8 @@ class AnswerKey:
         build: Makes equations alone, of those that may have symbols. It raises what their code
             raises.
         bind_symbols: Makes functions of equations in symbols; None where they do so for an arm.
+        exchanged: Numbers of code that has them for the file's, with those of this mechanism.
+        equal: Those of them that may stand for another: of several things, or a formula's too.
     """
 
     bind: Callable[[Any], Answer]
@@ -81,6 +111,8 @@ class AnswerKey:
     numbers: frozenset[float] = frozenset()
     build: Callable[[Any], Equations] | None = None
     bind_symbols: Callable[[Equations], Equations] | None = None
+    exchanged: Mapping[float, float] = field(default_factory=dict)
+    equal: frozenset[float] = frozenset()
 
     def is_stated(self, number: float) -> bool:
         """Whether the file states a number of the code, and not one that code has in any case."""

@@ -10,9 +10,11 @@ number. Remedy: equations are made anew for each edit of a line that ran then, o
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from types import CodeType
 from typing import Any
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
@@ -54,7 +56,32 @@ class EditedCode:
 
     def _bind(self, answer_key: AnswerKey) -> Answer:
         self.numbers[:] = self.chosen
-        return answer_key.bind(self.code.run(self.compiled, {NUMBERS: self.numbers}))
+        compiled = self.compiled
+        if answer_key.exchanged:
+            compiled = [_exchange_constants(each, answer_key.exchanged) for each in compiled]
+        return answer_key.bind(self.code.run(compiled, {NUMBERS: self.numbers}))
+
+
+def list_constants(code: CodeType) -> Iterator[float]:
+    """The numbers with a fraction of a code object, without their signs."""
+    for each in code.co_consts:
+        if isinstance(each, CodeType):
+            yield from list_constants(each)
+        for number in each if isinstance(each, tuple) else (each,):
+            if isinstance(number, float):
+                yield abs(number)
+
+
+def _exchange_constants(constant: Any, numbers: Mapping[float, float]) -> Any:
+    """A code object, or one of its constants, with other numbers for some."""
+    if isinstance(constant, CodeType):
+        constants = _exchange_constants(constant.co_consts, numbers)
+        return constant.replace(co_consts=constants)
+    if isinstance(constant, tuple):
+        return tuple(_exchange_constants(each, numbers) for each in constant)
+    if isinstance(constant, float) and abs(constant) in numbers:
+        return math.copysign(numbers[abs(constant)], constant)
+    return constant
 
 
 class EditCompiler:

@@ -8,14 +8,14 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edited_code import NONE, EditedCode
+from crosscheck.trial.source.edited_code import NONE, EditedCode, list_constants
 from crosscheck.trial.source.sandbox import limit_processor_time
 
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take
@@ -92,10 +92,11 @@ class SourceJudge:
             for part, value in self.values.items()
         }
 
-    @property
+    @cached_property
     def is_unequal(self) -> bool:
         """Whether it judges on a mechanism of unequal numbers too."""
-        return len(self.answer_keys) > 1
+        constants = {each for code in self.compiled for each in list_constants(code)}
+        return any(not constants & each.equal for each in self.answer_keys[1:])
 
     @property
     def is_certain(self) -> bool:
