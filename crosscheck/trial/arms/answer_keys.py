@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
+from crosscheck.models.errors import InputError
 from crosscheck.models.files import list_leaf_values
 from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem
+from crosscheck.trial.changes.arms.arm_numbers import (
+    get_number,
+    list_number_names,
+    replace_numbers,
+)
 from crosscheck.trial.changes.arms.causes import build_probe_problems
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.checks import COMPARED
 from crosscheck.trial.result import Trial
-from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
+from crosscheck.trial.source.answer_key import (
+    Answer,
+    AnswerKey,
+    LevelAnswers,
+    exchange_code_numbers,
+    exchange_number,
+)
 
 FEW_STATES = 3
 
@@ -27,6 +41,14 @@ def make_arm_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
     probes = build_probe_problems(trial.problem, diagnosis.ignored_numbers)
     for each in (trial.problem, *probes[:1]):
         yield _make_answer_key(replace(each, count=FEW_STATES), diagnosis.level)
+    if not trial.problem.equations.any_arm:
+        arm = trial.problem.case.arm
+        numbers = {name: get_number(arm, name) for name in list_number_names(arm)}
+        with suppress(ValidationError, InputError):  # of numbers that are no arm's
+            exchanged = {name: exchange_number(number) for name, number in numbers.items()}
+            other = trial.problem.adapt_to_arm(replace_numbers(arm, exchanged))
+            key = _make_answer_key(replace(other, count=FEW_STATES), diagnosis.level)
+            yield exchange_code_numbers(key, numbers.values())
 
 
 def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
