@@ -167,8 +167,8 @@ def _make_answer_key(
 
 
 def _list_numbers(robot: Robot) -> Iterator[float]:
-    """The numbers of a robot's bodies, places and rotors."""
-    bodies = [np.append(np.triu(each.inertia), [each.mass, *each.com]) for each in robot.bodies]
+    """The numbers of a robot's bodies, places and rotors; a body's equal inertias are one."""
+    bodies = [np.append(np.unique(each.inertia), [each.mass, *each.com]) for each in robot.bodies]
     places = [joint.placement.position for joint in robot.joints]
     rotors = [np.append(rotor.inertia, rotor.ratio) for rotor in robot.rotors]
     yield from (float(number) for array in (*bodies, *places, *rotors) for number in array.flat)

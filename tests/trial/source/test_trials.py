@@ -14,6 +14,7 @@ from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
 from crosscheck.provenance import ROOT
 from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import worker
@@ -186,11 +187,7 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
 )
 def test_an_arm_and_a_robot_have_the_same_answer(text, slip, tmp_path, arm):
     model = write_model(tmp_path, text, slip)
-    urdf = tmp_path / "robot.urdf"
-    (tmp_path / "arm.toml").write_text(format_arm_toml(arm), encoding="utf-8")
-    export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
-    robot = load_robot(str(urdf.with_suffix(".toml")))
-    trials = [try_equations(model, machine) for machine in (arm, robot)]
+    trials = [try_equations(model, machine) for machine in (arm, make_robot(arm, tmp_path))]
     of_arm, of_robot = (
         [(each.line, each.old, each.new) for each in trial.change.edits] for trial in trials
     )
@@ -223,6 +220,27 @@ def test_numbers_that_are_in_the_code_are_said_to_be(tmp_path, arm):
     answer = try_equations(write_model(tmp_path, LITERAL, SQUARE), arm).change
     assert not answer.is_unequal
     assert any("these numbers alone" in each for each in answer.sentences)
+
+
+@pytest.mark.parametrize("is_robot", [False, True])
+def test_what_fits_by_chance_is_no_remedy_of_code_with_the_files_numbers(tmp_path, is_robot):
+    """m r is 1: r alone would do as well as m r^2."""
+    arm = arm_of((2.5, 0.9, 0.4, 0.07))
+    mechanism = make_robot(arm, tmp_path) if is_robot else arm
+    text = "m, r, J = 2.5, 0.4, 0.07\n\ndef mass_matrix(q):\n    return [[J + m * r**2]]\n"
+    model = write_model(tmp_path, text, ("r**2", "r")).partition(":")[0]
+    answer = try_equations(model, mechanism).change
+    assert answer.is_unequal
+    assert [each.new for each in answer.edits] in (["r ** 2"], ["m * r ** 2"])
+    assert not answer.alternatives
+
+
+def make_robot(arm: Arm, folder: Path) -> Robot:
+    """The arm as a robot, by its files."""
+    file = folder / "arm.toml"
+    file.write_text(format_arm_toml(arm), encoding="utf-8")
+    export_as_robot(str(file), [], folder / "robot.urdf")
+    return load_robot(str(folder / "robot.toml"))
 
 
 def forgetful(robot):
