@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -31,13 +31,8 @@ RATED = ("bias", "coriolis")  # parts that stand beside M, of whose x'' the map'
 KEPT_STATES = 1024  # states whose map is kept: several parts are asked at each
 
 
-class MappedState(NamedTuple):
-    """A state of the joints in a user's coordinates: x and x' (n,), J (n, n), and J' x' (n,)."""
-
-    x: np.ndarray
-    jacobian: np.ndarray
-    u: np.ndarray
-    bend: np.ndarray
+# A state of the joints in a user's coordinates: x (n,), J (n, n), x' (n,), and J' x' (n,).
+MappedState = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -146,7 +141,7 @@ def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, 
         jacobian, v_q = frame.jacobian(x), np.frombuffer(v)
         u = np.linalg.solve(jacobian, v_q)
         bend = frame.drift(x, u) if v_q.any() else np.zeros_like(u)  # a square of the rates
-        return MappedState(x, jacobian, u, bend)
+        return x, jacobian, u, bend
 
     mapped = {part: MappedCall(call, part, frame, map_state, mass) for part, call in calls.items()}
     return {"bias" if curved and part == "coriolis" else part: c for part, c in mapped.items()}

@@ -75,7 +75,9 @@ def diagnose(
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
-    notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
+    notes = list(_self_notes(problem, level, entries, wrong))
+    agreeing = [each.level for each in distances if not each.entries]
+    notes += [f"all parts agree with {each}, not with {problem.stated}" for each in agreeing]
     notes += _lone_part_notes(entries, wrong, right)
     if not explanations and (largest := entries[0].share) < ROUNDED:
         digits = int(-np.log10(largest)) + 1
@@ -197,12 +199,6 @@ def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
     entries = problem.entries(level)
     wrong = _wrong_parts(entries)
     return len(wrong) > 1 or not (set(problem.parts) & set(SINGLE)) - set(wrong)
-
-
-def _level_notes(problem: RobotProblem, distances: Sequence[LevelDistance]) -> list[str]:
-    """The sentence that equations are of another level than the one that they state."""
-    levels = [each.level for each in distances if not each.entries]
-    return [f"all parts agree with {level}, not with {problem.stated}" for level in levels]
 
 
 def _wrong_parts(entries: Sequence[EntryMismatch]) -> list[str]:

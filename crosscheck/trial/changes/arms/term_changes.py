@@ -184,13 +184,14 @@ class Target:
         Each; all; of one wave or letter; of a joint's masses.
         """
         by_key = self._collect(lambda product: (product.key,))
-        by_letter = self._collect(_find_letters)
+        by_letter = self._collect(lambda product: product.letters)
         shared = [a & b for a in by_letter.values() for b in by_key.values()]
         shared += self._collect(_find_assemblies).values()
-        weights = [mask for mask in self._collect(_find_weight).values() if mask.sum() > 1]
+        pulls = set(STEMS_BY_QUANTITY["gravity"])
+        weights = np.array([not pulls.isdisjoint(product.letters) for product in self.rows])
         groups = [
             *((mask, 0.0, "") for mask in np.eye(len(self.rows), dtype=bool)),
-            *((mask, 0.01, WEIGHT) for mask in weights),
+            *([(weights, 0.01, WEIGHT)] if weights.sum() > 1 else []),
             (np.ones(len(self.rows), dtype=bool), 0.02, ""),
             *((mask, 0.04, "") for mask in by_key.values()),
             *((mask, 0.06, "") for mask in by_letter.values()),
@@ -204,7 +205,7 @@ class Target:
         Factors; letters by others; waves and signals by others; units of angles.
         """
         whole = self.coefficients[..., None] * self.waves
-        every, letters = np.ones(len(self.rows), dtype=bool), self._collect(_find_letters)
+        every, letters = np.ones(len(self.rows), bool), self._collect(lambda row: row.letters)
 
         def multiply(ratio: Any, powers: Any = 1.0) -> np.ndarray:
             """Effects of a ratio (A,) to powers (P,) or one."""
@@ -253,7 +254,8 @@ class Target:
         """
         value = self.values[name]
         powers = np.array([dict(product.monomial.powers).get(name, 0) for product in self.rows])
-        sizes, alternatives = set(powers[mask].tolist()), list(self._list_alternatives(name))
+        sizes, given = set(powers[mask].tolist()), (name, self.values)
+        alternatives = [*generate_alternatives(*given), *generate_forms(*given)]
         # Of one power throughout, a multiple of the letter is but a factor of the terms.
         for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
             yield other, name, other.value / value, powers
@@ -265,19 +267,6 @@ class Target:
                 text, cost = f"{other.text} {fewer}".strip(), other.cost + 0.15
                 ratio = other.value / value
                 yield Alternative(text, other.value, cost), right, ratio, step * (powers != 0)
-
-    def _list_alternatives(self, name: str) -> Iterator[Alternative]:
-        yield from generate_alternatives(name, self.values)
-        yield from generate_forms(name, self.values)
-
-
-def _find_weight(product: Product) -> Iterator[str]:
-    if any(parse_letter(name).stem in STEMS_BY_QUANTITY["gravity"] for name in product.letters):
-        yield WEIGHT
-
-
-def _find_letters(product: Product) -> tuple[str, ...]:
-    return product.letters
 
 
 def _find_geared_joints(product: Product) -> Iterator[int]:
