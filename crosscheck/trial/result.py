@@ -149,8 +149,7 @@ class Trial:
     @property
     def level(self) -> str:
         """The level that the equations are, or are closest to; '' of geared ones."""
-        level: str = self.problem.name_level(self.diagnosis.level)
-        return level
+        return self.problem.name_level(self.diagnosis.level)
 
     @property
     def is_rounded(self) -> bool:

@@ -100,8 +100,7 @@ class TransformedModel:
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M_x = J^T M J, shape (states, n, n)."""
         q, jacobians = self._locate(x)
-        made: np.ndarray = jacobians.swapaxes(1, 2) @ _ask(self.model, "mass_matrix", q) @ jacobians
-        return made
+        return jacobians.swapaxes(1, 2) @ _ask(self.model, "mass_matrix", q) @ jacobians
 
     def bias_at(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """J^T (h + M J' u) at places x, (states, n), by rates u there (states, n) or (n,)."""
@@ -227,8 +226,7 @@ Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 def _ask_part(part: str, source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     given = {"t": state.t, "x": state.x, "v": state.u, "torque": state.torque}
-    answer: np.ndarray = getattr(source, part)(*(given[name] for name in TAKES[part]))
-    return answer
+    return getattr(source, part)(*(given[name] for name in TAKES[part]))
 
 
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -419,8 +417,7 @@ class VerificationProblem:
                 self._kept[key] = self._kept[model].answer(quantity, states)
             except (Exception, SystemExit) as error:  # of an engine that may be another's
                 self._kept[key] = failure_from_error(error)
-        values: np.ndarray | Failure = self._kept[key]
-        return values
+        return self._kept[key]
 
     def find_right(self, level: str, quantity: str) -> np.ndarray | None:
         """The reference's answers (count, ...) at a level; None where it has none."""
@@ -435,12 +432,11 @@ class VerificationProblem:
             if isinstance(mass, Failure):
                 raise Unfinished(f"{self.name} cannot be judged: {reference}: {mass}")
             parts = (*LOADS, "gravity") if self.has_gravity else LOADS
-            right = {part: self.find_right(level, part) for part in parts}
+            right: dict[str, Any] = {part: self.find_right(level, part) for part in parts}
             precision = self.equations.table.precision if self.equations.table else 0.0
             given = self.frame, self.states, mass
             self._kept[key] = compute_sizes(*given, **right, precision=precision)
-        sizes: NaturalSizes = self._kept[key]
-        return sizes
+        return self._kept[key]
 
 
 def ask_functions(

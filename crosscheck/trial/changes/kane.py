@@ -184,5 +184,4 @@ class KaneSum:
 
 def rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """The acceleration (states, 3) of the end of an arm by turning about its begin."""
-    turned: np.ndarray = cross(dw, arm) + cross(w, cross(w, arm))
-    return turned
+    return cross(dw, arm) + cross(w, cross(w, arm))

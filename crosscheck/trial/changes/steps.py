@@ -165,8 +165,7 @@ def _list_unturned(R: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
 
 def _turn(rotation: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     """R I R'."""
-    turned: np.ndarray = rotation @ inertia @ np.swapaxes(rotation, -1, -2)
-    return turned
+    return rotation @ inertia @ np.swapaxes(rotation, -1, -2)
 
 
 def _add_columns(motion: BodyMotion, moving: np.ndarray, turning: np.ndarray) -> BodyMotion:

@@ -42,8 +42,7 @@ def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> s
 def measure_rest(difference: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """The norm of what two columns (..., states) together leave of a difference (states,)."""
     rest = _remove_part(np.broadcast_to(difference, first.shape), first)
-    norm: np.ndarray = np.linalg.norm(_remove_part(rest, _remove_part(second, first)), axis=-1)
-    return norm
+    return np.linalg.norm(_remove_part(rest, _remove_part(second, first)), axis=-1)
 
 
 def _remove_part(values: np.ndarray, column: np.ndarray) -> np.ndarray:

@@ -38,6 +38,11 @@ class Frame:
     drift: Along
     matrix: np.ndarray | None = None
 
+    @property
+    def is_identity(self) -> bool:
+        """Whether x are the project's coordinates themselves."""
+        return self.matrix is not None and np.array_equal(self.matrix, np.eye(len(self.names)))
+
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
         jacobian = self.slopes(x)

@@ -78,8 +78,8 @@ class MappedCall:
         return np.linalg.solve(jacobian.T, answer)
 
 
-def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | None:
-    """The map of a user's coordinates; None for the joints' own. Raises InputError."""
+def build_robot_frame(coordinates: Coordinates, robot: Robot, where: str = "coordinates") -> Frame:
+    """The map of a user's coordinates, of the joints' own the identity. Raises InputError."""
     size, joint_names = len(robot.coordinates), robot.coordinate_names
     usual = Coordinates()
     if (coordinates.gearing, coordinates.gears) != (usual.gearing, usual.gears):
@@ -112,23 +112,17 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
         places = [[float(name == each) for each in coordinates.order] for name in joint_names]
         return build_linear_frame(layout, names, np.array(places))
     if coordinates.links == "relative":
-        return None
+        return build_linear_frame(layout, tuple(joint_names), np.eye(size))
     readings = list_readings(describe_coordinates(robot))
     absolute = (each.position for each in readings if each.kind == "absolute")
     matrix = next(absolute, np.eye(size))
     return build_linear_frame(layout, names, matrix)
 
 
-def build_robot_frame(coordinates: Coordinates, robot: Robot) -> Frame:
-    """The map of a user's coordinates, also where they are the joints' own. Raises InputError."""
-    size = len(robot.coordinates)
-    layout = make_layout([False] * size)
-    identity = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size))
-    return read_frame(coordinates, robot, "coordinates") or identity
-
-
 def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, Call]:
     """The functions of x as functions of q. Raises InputError where a bias has no M beside it."""
+    if frame.is_identity:
+        return dict(calls)
     mass, curved = calls.get("mass_matrix"), frame.matrix is None
     rated = [part for part in RATED if part in calls]
     if curved and rated and mass is None:

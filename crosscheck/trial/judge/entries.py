@@ -77,8 +77,7 @@ class NaturalSizes:
 
     def entry_sizes(self, quantity: str) -> np.ndarray:
         """The natural sizes of a part's entries."""
-        size: np.ndarray = self.mass if quantity == "mass_matrix" else getattr(self, quantity)
-        return size
+        return self.mass if quantity == "mass_matrix" else getattr(self, quantity)
 
 
 def compute_sizes(
@@ -159,8 +158,7 @@ def power_of_ten(ratio: float) -> float:
 def _row_medians(values: np.ndarray) -> np.ndarray:
     """The median size of each row over the states, of a matrix that of its diagonal, (n,)."""
     rows = np.einsum("kii->ki", values) if values.ndim == 3 else values
-    medians: np.ndarray = np.median(np.abs(rows), axis=0)
-    return medians
+    return np.median(np.abs(rows), axis=0)
 
 
 def _summands(diagonal: np.ndarray, turned: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
-from crosscheck.trial.coordinates.robots import map_calls, read_frame
+from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_robot_equations, extract_robot_equations
@@ -113,8 +113,8 @@ def _make_answer_key(
         coordinates = given.coordinates if made.has_open_angles else made.coordinates
         made = replace(made, drive=given.drive, coordinates=coordinates)
         calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
-        frame = read_frame(made.coordinates, problem.robot, problem.name)
-        calls = calls if frame is None else map_calls(calls, frame, problem.name)
+        frame = build_robot_frame(made.coordinates, problem.robot, problem.name)
+        calls = map_calls(calls, frame, problem.name)
 
         def answer(part: str, state: int) -> np.ndarray:
             quantity, _ = MOTIONS.get(part, (part, ""))

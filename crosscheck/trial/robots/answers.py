@@ -110,8 +110,7 @@ class Friction:
 
     def torques(self, v: np.ndarray) -> np.ndarray:
         """Friction torque at rates v (states, n), which the motors overcome."""
-        taken: np.ndarray = self.viscous * v + self.coulomb * np.sign(v)
-        return taken
+        return self.viscous * v + self.coulomb * np.sign(v)
 
 
 def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
@@ -200,8 +199,7 @@ def _find_functions(name: str) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
 
     Forked workers know the registry's entries.
     """
-    calls: tuple[Mapping[str, Any], Mapping[str, Any]] = vars(MODELS[name].made)["calls"]
-    return calls
+    return vars(MODELS[name].made)["calls"]
 
 
 def ask(

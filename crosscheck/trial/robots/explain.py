@@ -31,6 +31,7 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
+from crosscheck.trial.robots.consistency import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.forms import (
     describe_accelerations,
     describe_asymmetry,
@@ -39,7 +40,6 @@ from crosscheck.trial.robots.forms import (
     format_factor,
 )
 from crosscheck.trial.robots.judge import SINGLE, RobotProblem, select_entry
-from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings, is_nearer_absolute
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
@@ -75,7 +75,7 @@ def diagnose(
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
-    notes = list(_self_notes(problem, level, entries, wrong))
+    notes = list(_self_notes(problem, level, wrong))
     agreeing = [each.level for each in distances if not each.entries]
     notes += [f"all parts agree with {each}, not with {problem.stated}" for each in agreeing]
     notes += _lone_part_notes(entries, wrong, right)
@@ -253,8 +253,7 @@ def describe_ratio(
 
 def _compute_difference(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
     """Yours less right (states, ...)."""
-    difference: np.ndarray = problem.answers.values[part] - problem.reference_values[level][part]
-    return difference
+    return problem.answers.values[part] - problem.reference_values[level][part]
 
 
 def _lone_part_notes(
@@ -299,9 +298,7 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
         yield f"wrong terms: {list_first(others)}"
 
 
-def _self_notes(
-    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], wrong: Sequence[str]
-) -> Iterator[str]:
+def _self_notes(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> Iterator[str]:
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
     if words := describe_asymmetry(problem, level):
         yield words

@@ -16,8 +16,8 @@ from crosscheck.trial.changes.numbers import ALIKE, get_link_name
 from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.changes.search import CauseSearch
 from crosscheck.trial.judge.entries import PART_TITLES, format_rates
+from crosscheck.trial.robots.consistency import sample_bias_terms
 from crosscheck.trial.robots.judge import RobotProblem
-from crosscheck.trial.robots.rates import sample_bias_terms
 
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 

@@ -37,7 +37,6 @@ class EntryComparison:
 
     problem: VerificationProblem
     level: str
-    results: Results
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
     letters: np.ndarray | None = None
@@ -234,7 +233,7 @@ def compare_entries(problem: VerificationProblem, level: str, results: Results) 
         answer = results.get(problem.ask_equations("bias"))
         right = problem.find_right(level, "bias")
         whole = None if answer is None or right is None else (answer, right)
-    return EntryComparison(problem, level, results, user_values, reference_values, whole_bias=whole)
+    return EntryComparison(problem, level, user_values, reference_values, whole_bias=whole)
 
 
 def ask_and_compare(

@@ -217,8 +217,7 @@ def derive_bias(
 
     @cache
     def differentiate(wave: AngleSum) -> np.ndarray:
-        slopes: np.ndarray = np.array(wave, dtype=object) @ turns
-        return slopes
+        return np.array(wave, dtype=object) @ turns
 
     for place, key, coefficient in mass:
         i, j = place.index
@@ -361,8 +360,7 @@ def _shorten(entry: Polynomial) -> Polynomial:
 def evaluate_wave(key: TermKey, angles: np.ndarray, unit: float = 1.0) -> np.ndarray:
     """The cosine or sine (K,) at joint angles (K, joints), each multiplied by a unit."""
     angle = unit * (angles @ np.array(key.wave, dtype=float))
-    wave: np.ndarray = np.sin(angle) if key.function == "sin" else np.cos(angle)
-    return wave
+    return np.sin(angle) if key.function == "sin" else np.cos(angle)
 
 
 def evaluate_entry(

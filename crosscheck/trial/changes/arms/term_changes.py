@@ -167,8 +167,7 @@ class Target:
         keys = [product.key for product in self.rows]
         numbers = np.array([keys.index(key) for key in keys])
         low = np.where(masks, numbers, len(keys)).min(axis=1)
-        single: np.ndarray = low == np.where(masks, numbers, -1).max(axis=1)
-        return single
+        return low == np.where(masks, numbers, -1).max(axis=1)
 
     def _collect(self, name: Any) -> dict[Any, np.ndarray]:
         """Masks of the terms with each of their names."""
@@ -210,8 +209,7 @@ class Target:
         def multiply(ratio: Any, powers: Any = 1.0) -> np.ndarray:
             """Effects of a ratio (A,) to powers (P,) or one."""
             raised = np.asarray(ratio) ** np.reshape(powers, (-1, 1)) - 1
-            effects: np.ndarray = raised[..., None] * whole
-            return effects
+            return raised[..., None] * whole
 
         for kind, by, cost in PLAIN:
             yield TermChange(kind, (), multiply(by), cost, by=by), every
