@@ -14,7 +14,7 @@ from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import TermChange
-from crosscheck.trial.changes.arms.term_words import describe_entries, describe_unexplained
+from crosscheck.trial.changes.arms.term_words import describe_entries
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (
@@ -197,8 +197,7 @@ def test_explained_errors_come_first_then_notes_then_all_others():
         EntryMismatch(EntryPlace("bias", 1), 2.0, notes=("a note",), name="b"),
         EntryMismatch(EntryPlace("bias", 2), 1.0, why, name="c", guess="known"),
     ]
-    assert [*describe_entries(entries)] == ["c: known", "b: a note"]
-    assert [*describe_unexplained(entries)] == ["a: unknown"]
+    assert describe_entries(entries) == (["c: known", "b: a note"], ["a: unknown"])
 
 
 def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(

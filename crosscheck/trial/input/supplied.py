@@ -61,7 +61,7 @@ class SuppliedEquations:
             return self._call_part("bias", x=x, v=v)
         if "coriolis" in self.given:
             return self._call_part("coriolis", x=x, v=v) @ v
-        return self._compute_moving_torques(x, v, np.zeros(len(x)))
+        return self.inverse_dynamics(x, v, np.zeros(len(x)))
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
@@ -97,13 +97,7 @@ class SuppliedEquations:
         return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
 
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """M(x) a + bias(x, v), shape (n,)."""
-        if "inverse_dynamics" in self.given:
-            return self._compute_moving_torques(x, v, a)
-        return self.mass_matrix(x) @ a + self.bias(x, v)
-
-    def _compute_moving_torques(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """The user's inverse dynamics without the weights, shape (n,)."""
+        """The user's inverse dynamics without the weights, M(x) a + bias(x, v), shape (n,)."""
         whole = self._call_part("inverse_dynamics", x=x, v=v, a=a)
         return whole - self.gravity(x) if self.holds_weights else whole
 
@@ -124,8 +118,6 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         has.add("bias")
     if "inverse_dynamics" in calls:
         has.add("mass_matrix")
-    if has >= {"mass_matrix", "bias"}:
-        has.add("inverse_dynamics")
     bound = SuppliedEquations(
         equations, arm, frame, frozenset(calls), frozenset(has), motors, motor_calls
     )

@@ -358,7 +358,7 @@ def _shorten(entry: Polynomial) -> Polynomial:
 
 
 def evaluate_wave(key: TermKey, angles: np.ndarray, unit: float = 1.0) -> np.ndarray:
-    """The cosine or sine (K,) at joint angles (K, joints), each multiplied by a unit."""
+    """The cosine or sine (...) at joint angles (..., joints), each multiplied by a unit."""
     angle = unit * (angles @ np.array(key.wave, dtype=float))
     return np.sin(angle) if key.function == "sin" else np.cos(angle)
 

@@ -47,17 +47,6 @@ MULTIPLES = 3  # number of multiples of a letter, the last of its forms
 MOST_TERMS = 4  # terms that are written out
 
 
-class TermSample(NamedTuple):
-    """Where terms are evaluated on one arm, whose quantities by name are values.
-
-    angles (R, joints): joint angles; signals (R,) by name.
-    """
-
-    values: Mapping[str, float]
-    angles: np.ndarray
-    signals: Mapping[str, np.ndarray]
-
-
 class TermChange(NamedTuple):
     """A change of terms.
 
@@ -83,7 +72,10 @@ class Target:
     Args:
         terms: The terms of all entries.
         place: The entry.
-        samples: Where terms are evaluated, with one arm more at the end, of unrelated numbers.
+        values: The quantities' numbers by name, (A,) each; at the end those of one arm more, which
+            are unrelated, at the states of the first.
+        angles: Joint angles at the states (A, R, joints).
+        signals: Torques, mesh forces and rates there by name, (A, R) each.
         difference: What changes must make on each arm but the last (A - 1, R).
         tolerance: What these may be off (A - 1, R).
         keys: Waves and signals that may stand where others belong.
@@ -93,7 +85,9 @@ class Target:
 
     terms: ReferenceTerms
     place: EntryPlace
-    samples: Sequence[TermSample]
+    values: Values
+    angles: np.ndarray
+    signals: Mapping[str, np.ndarray]
     difference: np.ndarray
     tolerance: np.ndarray
     keys: Sequence[TermKey]
@@ -106,15 +100,9 @@ class Target:
         return self.terms.entry(self.place)
 
     @cached_property
-    def values(self) -> Values:
-        """The quantities' numbers, (A,) each."""
-        names = self.samples[0].values
-        return {name: np.array([each.values[name] for each in self.samples]) for name in names}
-
-    @cached_property
     def coefficients(self) -> np.ndarray:
         """The number before the wave of each term, (P, A)."""
-        arms = len(self.samples)
+        arms = len(self.angles)
         numbers = [product.monomial.value(self.values) + np.zeros(arms) for product in self.rows]
         return np.array(numbers).reshape(len(self.rows), arms)
 
@@ -131,11 +119,8 @@ class Target:
         """A wave or signal (A, R), its angle multiplied by a unit."""
         at = key, unit
         if at not in self._kept_columns:
-            columns = []
-            for sample in self.samples:
-                wave = evaluate_wave(key, sample.angles, unit)
-                columns.append(wave * sample.signals[key.signal] if key.signal else wave)
-            self._kept_columns[at] = np.array(columns)
+            wave = evaluate_wave(key, self.angles, unit)
+            self._kept_columns[at] = wave * self.signals[key.signal] if key.signal else wave
         return self._kept_columns[at]
 
     def list_changes(self) -> list[TermChange]:
