@@ -14,7 +14,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.report.formatting import list_first
 from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.coordinates.states import UserState, stack_states
 
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
 
@@ -97,8 +97,8 @@ def compute_sizes(
     sqrt(M_ii M_jj) by how far x_k turns the joints, i, j and k in any order. A force or
     acceleration that vanishes has what its inertia makes of the others.
     """
-    rates = np.array([state.u for state in states])
-    turning = np.array([state.v[frame.layout.angular] for state in states])
+    at = stack_states(states)
+    rates, turning = at.u, at.v[:, frame.layout.angular]
     diagonal = np.sqrt(np.einsum("kii->ki", mass).max(axis=0))
     lively = np.sqrt(np.einsum("ki,kij,kj->k", rates, mass, rates).mean() * (turning**2).mean())
     of_rates = np.sqrt((rates**2).mean(axis=0))

@@ -139,7 +139,7 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -
         if law.switches != problem.case.switches:
             parts: dict[str, Any] = {"has_gravity": problem.has_gravity, "columns": arm.columns}
             terms = build_reference_terms(frame, law.arm, law.switches, **parts)
-        made_of = law.arm, frame.layout, law.switches, arm.force_states
+        made_of = law.arm, frame.layout, law.switches, arm.states
         signals = compute_signals(*made_of, law.is_absolute, law.rate_factor)
         effect = (evaluate(terms, signals) - right)[target.states]
         if effect.any():  # laws that do the same here are others elsewhere

@@ -18,32 +18,24 @@ from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.changes.arms.segments import list_meshes
+from crosscheck.trial.coordinates.states import UserState
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
 SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")
-
-
-class ForceStates(NamedTuple):
-    """States at which forces are asked: t (K,), layout's q and v (K, n), torque (K, joints)."""
-
-    t: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    torque: np.ndarray
 
 
 def compute_signals(
     arm: Arm,
     layout: Layout,
     chosen: Switches,
-    states: ForceStates,
+    states: UserState,
     is_absolute: bool = False,
     rate_factor: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s], (K,).
 
-    The user's rates, ``rate_name`` of each coordinate, are added by the caller. is_absolute,
-    rate_factor: as in ForceVariant.
+    states: K of them, as arrays; is_absolute, rate_factor: as in ForceVariant. The user's rates,
+    ``rate_name`` of each coordinate, are added by the caller.
     """
     signals = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
     data, meshes = build_gears(arm, layout, chosen), list_meshes(arm, layout)
