@@ -28,8 +28,7 @@ MOST_CALLS, LEAST_STATES = 600, 3
 
 def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
     """The first states, changed along each coordinate by -4 to 4 steps; itself is left out."""
-    few = RandomStates(*(each[:FEW_STATES] for each in states))
-    moved = []
+    few, moved = states.first(FEW_STATES), []
     for number, step in enumerate(_steps(robot)):
         for far in range(-REACH, REACH + 1):
             if far:
@@ -108,7 +107,7 @@ def select_rate_states(states: RandomStates) -> RandomStates:
     """The first states, so many that their terms take some MOST_CALLS answers; a few at least."""
     size = states.q.shape[1]
     count = max(LEAST_STATES, MOST_CALLS // (1 + size * (size + 3) // 2))
-    return RandomStates(*(each[:count] for each in states))
+    return states.first(count)
 
 
 def make_rate_states(states: RandomStates) -> list[RandomStates]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
+from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import join_words, list_first
 from crosscheck.trial.changes.numbers import ALIKE
@@ -273,7 +273,6 @@ def _lone_part_notes(
 def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterator[str]:
     """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms."""
     sizes, few = problem.sizes[level], slice(len(terms.rest))
-    states = RandomStates(*(each[few] for each in problem.states))
     size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
     names, difference = problem.names, _compute_difference(problem, level, "bias")
@@ -282,13 +281,13 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
     if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
         yield from (words for words, _ in by_friction)
         return
-    left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(states.v))
+    left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(problem.states.v[few]))
     if (left > rounding).any():
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone"
-    linear = np.einsum("sij,sj->si", terms.linear, states.v)
+    linear = np.einsum("sij,sj->si", terms.linear, problem.states.v[few])
     by_friction = list(describe_friction(problem, level, "bias", linear))
     yield from (words for words, _ in by_friction)
     yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
@@ -343,7 +342,7 @@ def _describe_products(
     problem: RobotProblem, level: Level, user_terms: BiasTerms
 ) -> tuple[list[str], list[str]]:
     """Sentences on products of rates that are wrong, in the same way as one; those without."""
-    states = RandomStates(*(each[: len(user_terms.rest)] for each in problem.states))
+    states = problem.states.first(len(user_terms.rest))
     reference_terms = sample_bias_terms(AnalyticRobot(problem.robot, level).bias, states)
     with_weights = problem.answers.sources["bias"] in WITH_WEIGHTS
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
