@@ -92,10 +92,6 @@ class KaneSum:
             self.robot.gravity,
         )
 
-    def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
-        """Terms of a body that replaces the one with this number."""
-        return self.move_body(number, body).compute_terms()
-
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
         pose = self.poses[number]
@@ -122,7 +118,7 @@ class KaneSum:
             yield "the rotation Jw' I Jw", turning.swapaxes(1, 2) @ inertia @ turning
             return
         if part == "gravity":
-            yield "the weight", self.compute_terms(number, world).gravity
+            yield "the weight", self.move_body(number, world).compute_terms().gravity
             return
         rate, moving = self.rates[number], mass * moving
         w, dw = rate.angular, rate.angular_rate

@@ -48,8 +48,8 @@ class StepTable:
         steps: Steps = {}
         for name, changed in self._changed.items():
             for words, body in changed.items():
-                terms = self.kane.compute_terms(self.parts[name].number, body)
-                steps.setdefault(words, {})[name] = terms.minus(self._terms[name])
+                motion = self.kane.move_body(self.parts[name].number, body)
+                steps.setdefault(words, {})[name] = motion.compute_terms().minus(self._terms[name])
         return steps
 
     def list_steps(self) -> Steps:

@@ -274,10 +274,9 @@ class Explanation:
 class EntryMismatch:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
-    difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
-    typeset. shown_on: name of the arm that shows it, where the user's cannot. notes: sentences on
-    what the entry is beside the right one. name: of the entry in its coordinates; guess: at the
-    error, in words.
+    difference: yours minus right in numbers, of an entry that nothing explains. shown_on: name of
+    the arm that shows it, where the user's cannot. notes: sentences on what the entry is beside the
+    right one. name: of the entry in its coordinates; guess: at the error, in words.
     """
 
     place: EntryPlace
@@ -366,7 +365,7 @@ def describe_entry_notes(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
 def deviations(values: np.ndarray, expected: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Largest difference of every entry over the states, relative to its size: shape of size.
 
-    one, other (count, ...): the states along the first axis.
+    values, expected (count, ...): the states along the first axis.
     """
     return np.abs(values - expected).max(axis=0) / size
 
