@@ -15,7 +15,6 @@ from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.changes.arms.term_words import describe_entries
-from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
@@ -30,6 +29,7 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import describe_wrong
+from crosscheck.trial.robots.forms import describe_angle_sum
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.
 ABSOLUTE: Any = SimpleNamespace(
@@ -211,7 +211,7 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
         *(1.5 * np.cos(tilt) - 0.25 * np.sin(tilt), np.full(40, 1.234567)),
         *(4 * np.sin(turn - tilt), np.zeros(40)),
     )
-    most = "crosscheck.trial.changes.waves.MOST_ANGLES"
+    most = "crosscheck.trial.robots.forms.MOST_ANGLES"
     monkeypatch.setattr(most, 2)
     assert [describe_angle_sum(each, q, robot) for each in waves] == snapshot
     monkeypatch.setattr(most, 1)

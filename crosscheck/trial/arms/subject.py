@@ -14,6 +14,7 @@ from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.experiment.scenario import Scenario, Switches, expand_to_joints
+from crosscheck.models.files import list_leaf_values
 from crosscheck.models.loading import Case
 from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
@@ -23,9 +24,9 @@ from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.arms import suite
-from crosscheck.trial.arms.answer_keys import make_arm_answer_keys
 from crosscheck.trial.arms.model import make_registry_entry, select_switches
 from crosscheck.trial.arms.questions import (
+    QUESTIONS,
     VerificationProblem,
     ask_functions,
     list_given_parts,
@@ -53,10 +54,11 @@ from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.calls import describe_failure
-from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.input.equations import SINGLE, Equations
+from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.source_lines import has_literal
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.judge.checks import WHOLE, AnswerSet
+from crosscheck.trial.judge.checks import COMPARED, WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
     LevelDistance,
     deviations,
@@ -65,6 +67,7 @@ from crosscheck.trial.judge.entries import (
 )
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial, TrialDiagnosis
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 from crosscheck.trial.trial import RunTrial, TrialSubject, make_cross_check_request
 
 JUDGING_S = 60.0  # rough cost
@@ -73,6 +76,7 @@ RUNNABLE = {"mass_matrix", "bias", "force"}
 STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
 MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
+FEW_STATES = 3
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,6 @@ class ArmSubject(TrialSubject):
     results: Results
     perform: Perform
     whole = WHOLE
-    make_answer_keys = staticmethod(make_arm_answer_keys)
 
     @classmethod
     @contextmanager
@@ -118,6 +121,14 @@ class ArmSubject(TrialSubject):
                     yield cls(request, problem, probes, results, perform)
             except comparison.MissingResult as error:
                 raise Unfinished(f"{problem.name} cannot be judged: {error}") from None
+
+    @staticmethod
+    def make_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
+        """The answer keys of a trial's arm, and of one other that keeps the ignored numbers."""
+        diagnosis = trial.diagnosis
+        probes = build_probe_problems(trial.problem, diagnosis.ignored_numbers)
+        for each in (trial.problem, *probes[:1]):
+            yield _make_answer_key(replace(each, count=FEW_STATES), diagnosis.level)
 
     @staticmethod
     def run_variants(request: TrialRequest, run: RunTrial) -> Trial:
@@ -357,3 +368,32 @@ def _plan_comparisons(
         for scenario in request.scenarios:
             yield from suite.plan_run_comparisons(problem, scenario, level)
     yield from suite.plan_balance_checks(problem)
+
+
+def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
+    """The answers of the nearest level, and of others of which wrong equations may be."""
+    arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
+
+    def build(source: Any) -> Equations:
+        return build_equations(source, arm, scenario, problem.name)
+
+    def bind(source: Any) -> Answer:
+        bound = bind_equations(build(source), arm, frame)
+        return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
+
+    levels = dict.fromkeys((level, *problem.levels))
+    right = {each: _ask_reference(problem, each) for each in levels}
+    values = list_leaf_values(arm.model_dump(mode="json"))
+    numbers = frozenset(each for each in values if isinstance(each, float))
+    return AnswerKey(bind, right, frame.names, numbers, build)
+
+
+def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
+    """Answers of the reference of a level for the parts that the user supplies."""
+    has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
+    sizes, right = problem.compute_sizes(level), dict[str, np.ndarray]()
+    for part in (each for each in COMPARED if each in has):
+        if (values := problem.find_right(level, part)) is not None:
+            right[part] = values
+    allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in right}
+    return LevelAnswers(right, allowed)

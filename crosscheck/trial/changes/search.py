@@ -34,7 +34,6 @@ from crosscheck.trial.changes.problem import (
 )
 from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.changes.waves import measure_rest
 from crosscheck.trial.judge.entries import PART_TITLES, LevelDistance
 
 # Largest residual of a number's effect that is worth a try, over the difference's norm.
@@ -470,3 +469,16 @@ def solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -
     left = np.array([np.linalg.norm(difference - linear * x - square * x**2) for x in real])
     alike = real[left <= left.min() + ROUNDING * np.linalg.norm(difference)]
     return float(alike[int(np.argmin(np.abs(alike)))])
+
+
+def measure_rest(difference: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The norm of what two columns (..., states) together leave of a difference (states,)."""
+    rest = _remove_part(np.broadcast_to(difference, first.shape), first)
+    return np.linalg.norm(_remove_part(rest, _remove_part(second, first)), axis=-1)
+
+
+def _remove_part(values: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """The values (..., states) less their part along a column, which may be 0."""
+    square = (column * column).sum(axis=-1, keepdims=True)
+    part: np.ndarray = (values * column).sum(axis=-1, keepdims=True) / np.where(square, square, 1)
+    return values - part * column

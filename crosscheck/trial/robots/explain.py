@@ -20,7 +20,6 @@ from crosscheck.trial.changes.search import (
     name_causes,
 )
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.judge.entries import (
     PART_TITLES,
     EntryMismatch,
@@ -34,6 +33,7 @@ from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.consistency import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.forms import (
     describe_accelerations,
+    describe_angle_sum,
     describe_asymmetry,
     describe_friction,
     describe_pieces,
