@@ -251,12 +251,9 @@ def make_experiment(arm: Arm, motors: Sequence[int]) -> Scenario:
         return make_rest_scenario()
     scenario = make_unequal_gains_scenario(arm)
     assert isinstance(scenario.drive, PdDrive)  # as that scenario has it
-    gains = {
-        name: tuple(value * (joint in motors) for joint, value in enumerate(values))
-        for name, values in scenario.drive.model_dump().items()
-        if name in GAINS
-    }
-    return scenario.model_copy(update={"drive": scenario.drive.model_copy(update=gains)})
+    drive, has_motor = scenario.drive, np.isin(np.arange(len(arm.joints)), motors)
+    gains = {name: tuple((getattr(drive, name) * has_motor).tolist()) for name in GAINS}
+    return scenario.model_copy(update={"drive": drive.model_copy(update=gains)})
 
 
 @dataclass(frozen=True)

@@ -126,14 +126,10 @@ class KaneSum:
         yield "the gyroscopic torque w x I w", project(turning, cross(w, multiply(inertia, w)))
         growing = project(turning, multiply(inertia, dw))
         yield "the torque I w' of the angular acceleration", growing
-        accelerations = {
-            "the centripetal acceleration w x (w x c) of the centre": cross(
-                w, cross(w, lever - at)
-            ),
-            "the acceleration of the centre": rotate_point(w, dw, lever) + rate.acceleration,
-        }
-        for kind, acceleration in accelerations.items():
-            yield kind, project(moving, acceleration)
+        centripetal = project(moving, cross(w, cross(w, lever - at)))
+        yield "the centripetal acceleration w x (w x c) of the centre", centripetal
+        whole = project(moving, rotate_point(w, dw, lever) + rate.acceleration)
+        yield "the acceleration of the centre", whole
 
     def _list_joint_pieces(self, number: int) -> Iterator[tuple[str, np.ndarray]]:
         """Bias caused by the accelerations that a joint adds to all bodies after it."""

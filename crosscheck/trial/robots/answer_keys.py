@@ -16,7 +16,7 @@ from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_robot_equations, extract_robot_equations
 from crosscheck.trial.result import Trial
-from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
+from crosscheck.trial.robots.answers import ARGUMENTS, NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
 from crosscheck.trial.source.answer_key import (
     AT_REST,
@@ -91,13 +91,8 @@ def _make_answer_key(
     """
     freeze(robot)
     states = problem.states.first(FEW_STATES)
-    by_name = {
-        "x": states.q,
-        "v": states.v,
-        "a": states.a,
-        "torque": states.torques + problem.friction[:FEW_STATES],
-        "t": np.zeros(FEW_STATES),
-    }
+    pushed = states._replace(torques=states.torques + problem.friction[:FEW_STATES])
+    by_name = dict(zip(ARGUMENTS, pushed, strict=True)) | {"t": np.zeros(FEW_STATES)}
 
     def build(source: Any) -> Equations:
         return extract_robot_equations(source, robot, problem.name)

@@ -73,10 +73,8 @@ def describe_accelerations(
     problem: RobotProblem, level: Level, rows: Sequence[int]
 ) -> Iterator[str]:
     """Sentences on rows of an acceleration in which one or two pieces are wrong by a factor."""
-    user_values, right = (
-        values["acceleration"]
-        for values in (problem.answers.values, problem.reference_values[level])
-    )
+    sides = problem.answers.values, problem.reference_values[level]
+    user_values, right = (values["acceleration"] for values in sides)
     pieces, sizes = list_acceleration_pieces(problem, level), problem.sizes[level].acceleration
     described = False
     for row in rows:

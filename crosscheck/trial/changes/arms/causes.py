@@ -164,12 +164,8 @@ def _explain_parts(
         group = [replace(each, explanation=explanations.get(each.place)) for each in group]
         if len(_collect_errors(group)) != 1 or not all(wrong.explanation for wrong in group):
             explanations |= _explain_part(arms, [wrong.place for wrong in group])
-    return [
-        wrong
-        if wrong.shown_on
-        else replace(wrong, explanation=explanations.get(wrong.place, wrong.explanation))
-        for wrong in wrong_entries
-    ]
+    pairs = ((each, explanations.get(each.place, each.explanation)) for each in wrong_entries)
+    return [replace(each, explanation=explanation) for each, explanation in pairs]
 
 
 def _prefer_shared_errors(
