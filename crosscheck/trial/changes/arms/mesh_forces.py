@@ -57,9 +57,9 @@ def compute_signals(
         if chosen.damping == "contact":
             signals[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
         if chosen.mesh_work == "conservative":
-            softens = stiffness_slope(data.law, i, phase[:, i], data.k_a[i])
-            nears = data.E[i] * np.cos(phase[:, i] + data.error_phase[i])
-            on_phase = phase_force(gap[:, i], k, softens, nears, data.b[i])
+            k_slope = stiffness_slope(data.law, i, phase[:, i], data.k_a[i])
+            error_slope = data.E[i] * np.cos(phase[:, i] + data.error_phase[i])
+            on_phase = phase_force(gap[:, i], k, k_slope, error_slope, data.b[i])
             signals[mesh.work] = data.planets[i] * data.rate[i] * on_phase
     return signals
 
