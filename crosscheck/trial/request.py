@@ -36,5 +36,4 @@ def prepare_equations(source: Any, chosen: Selection, name: str) -> Equations:
     given = chosen.mechanism, chosen.scenarios[0] if chosen.scenarios else None
     if isinstance(source, str):
         return load_equations(source, *given)
-    built: Equations = supply("build_equations", chosen.mechanism.section)(source, *given, name)
-    return built
+    return supply("build_equations", chosen.mechanism.section)(source, *given, name)

@@ -149,8 +149,7 @@ class Trial:
     @property
     def level(self) -> str:
         """The level that the equations are, or are closest to; '' of geared ones."""
-        level: str = self.problem.name_level(self.diagnosis.level)
-        return level
+        return self.problem.name_level(self.diagnosis.level)
 
     @property
     def is_rounded(self) -> bool:
@@ -334,9 +333,6 @@ def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""
     verb, whose = ("are", "their") if count > 1 else ("is", "its")
-    share = (
-        f"{format_rounded(largest)} times"
-        if 10 <= largest < 1e6
-        else f"{format_percent(largest)} of"
-    )
+    is_large, times = 10 <= largest < 1e6, f"{format_rounded(largest)} times"
+    share = times if is_large else f"{format_percent(largest)} of"
     return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} natural size"

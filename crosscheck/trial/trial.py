@@ -127,8 +127,7 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:
     subjects: Any = supply("trial_subject", request.mechanism.section)
-    kind: type[TrialSubject] = subjects
-    return kind
+    return subjects
 
 
 def _run_once(

@@ -13,8 +13,8 @@ from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import Friction, read_friction
+from crosscheck.trial.robots.consistency import BiasTerms
 from crosscheck.trial.robots.explain import _linear_notes
-from crosscheck.trial.robots.rates import BiasTerms
 from tests.robots import two_link
 
 TWO = two_link.robot()

@@ -27,7 +27,7 @@ from crosscheck.trial.changes.search import (
 )
 from crosscheck.trial.changes.steps import StepTable
 from crosscheck.trial.changes.table import ValueSearch
-from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
+from crosscheck.trial.robots.consistency import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
 from tests.robots import chains, two_link
 

@@ -18,12 +18,12 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import (
-    ForceStates,
     compute_signals,
     list_mesh_laws,
 )
 from crosscheck.trial.changes.arms.segments import build_reference_terms, evaluate_entry, rate_name
 from crosscheck.trial.coordinates.build import LAYOUTS, build_frame
+from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryPlace
 from tests.any_arms import any_arms
@@ -78,7 +78,7 @@ def test_reference_terms_are_the_model(gearing, level, work, data, seed):
     x, u = (each @ np.linalg.inv(J).T for each in (q, v))
     q, v, time = x @ J.T, u @ J.T, generator.uniform(0, 2, COUNT)
     torque = torques_along(model.drive, time, q[:, theta], v[:, theta])
-    signals = compute_signals(arm, layout, model.switches, ForceStates(time, q, v, torque))
+    signals = compute_signals(arm, layout, model.switches, UserState(time, q, v, q, v, torque))
     signals |= {rate_name(own): u[:, k] for k, own in enumerate(frame.names)}
     largest = max(float(np.abs(column).max()) for column in signals.values())
     known = build_reference_terms(frame, arm, model.switches, level)

@@ -20,6 +20,7 @@ from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.changes.arms.arm_numbers import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.request import TrialRequest
@@ -36,20 +37,23 @@ LEVELS = ("links", "carriers", "armature", "coupled")
 class FramedModel(TransformedModel):
     """A model in a user's coordinates, asked at a state."""
 
+    def ask(self, part: str, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """A part's answer, (n,) or (n, n)."""
+        q, v = self.frame.position(x), self.frame.jacobian(x) @ u
+        made: np.ndarray = self.answer(part, [UserState(0.0, x, u, q, v, 0 * q)])[0]
+        return made
+
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M (n, n)."""
-        made: np.ndarray = super().mass_matrix(x[None])[0]
-        return made
+        return self.ask("mass_matrix", x, 0 * x)
 
     def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """The bias (n,)."""
-        made: np.ndarray = self.bias_at(x[None])(v)[0]
-        return made
+        return self.ask("bias", x, v)
 
     def gravity(self, x: np.ndarray) -> np.ndarray:
         """The forces that hold the weights (n,)."""
-        made: np.ndarray = super().gravity(x[None])[0]
-        return made
+        return self.ask("gravity", x, 0 * x)
 
 
 def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario) -> FramedModel:

@@ -14,8 +14,7 @@ from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import TermChange
-from crosscheck.trial.changes.arms.term_words import describe_entries, describe_unexplained
-from crosscheck.trial.changes.waves import describe_angle_sum
+from crosscheck.trial.changes.arms.term_words import describe_entries
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
@@ -30,6 +29,7 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import describe_wrong
+from crosscheck.trial.robots.forms import describe_angle_sum
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.
 ABSOLUTE: Any = SimpleNamespace(
@@ -197,8 +197,7 @@ def test_explained_errors_come_first_then_notes_then_all_others():
         EntryMismatch(EntryPlace("bias", 1), 2.0, notes=("a note",), name="b"),
         EntryMismatch(EntryPlace("bias", 2), 1.0, why, name="c", guess="known"),
     ]
-    assert [*describe_entries(entries)] == ["c: known", "b: a note"]
-    assert [*describe_unexplained(entries)] == ["a: unknown"]
+    assert describe_entries(entries) == (["c: known", "b: a note"], ["a: unknown"])
 
 
 def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
@@ -212,7 +211,7 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
         *(1.5 * np.cos(tilt) - 0.25 * np.sin(tilt), np.full(40, 1.234567)),
         *(4 * np.sin(turn - tilt), np.zeros(40)),
     )
-    most = "crosscheck.trial.changes.waves.MOST_ANGLES"
+    most = "crosscheck.trial.robots.forms.MOST_ANGLES"
     monkeypatch.setattr(most, 2)
     assert [describe_angle_sum(each, q, robot) for each in waves] == snapshot
     monkeypatch.setattr(most, 1)

@@ -19,16 +19,11 @@ from crosscheck.registry import Entry, build, find_level_models, reference_model
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
+from crosscheck.trial.judge.checks import WHOLE
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ABILITIES = {
-    "mass_matrix": "mass_matrix",
-    "bias": "bias",
-    "force": "generalized_force",
-    "acceleration": "acceleration",
-}
 CALL_S = 2e-4  # [s] that a tooth force or a bias takes a user's Python, at most
 
 
@@ -142,7 +137,7 @@ def select_switches(equations: Equations, arm: Arm, chosen: Switches | None) -> 
 
 def make_registry_entry(name: str, equations: Equations, has: frozenset[str]) -> Entry:
     """The entry that stands for equations in the registry during a trial."""
-    part_abilities = {ABILITIES[part] for part in has if part in ABILITIES}
+    part_abilities = {"generalized_force" if p == "force" else p for p in has.intersection(WHOLE)}
     abilities = frozenset(
         part_abilities | ({"simulate"} if part_abilities >= {*STATE_ABILITIES} else set())
     )

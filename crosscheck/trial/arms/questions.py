@@ -42,7 +42,7 @@ from crosscheck.trial.coordinates.differences import (
     rate_terms,
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
-from crosscheck.trial.coordinates.states import UserState, draw_states
+from crosscheck.trial.coordinates.states import UserState, draw_states, stack_states
 from crosscheck.trial.input.calls import LOADS, TAKES, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
@@ -77,7 +77,7 @@ class TransformedModel:
 
     With q = phi(x), J = dphi/dx and q' = J u (Siciliano et al., Robotics, ch. 7: the equations of
     motion are covariant). weightless: the same model without gravity, of equations that have the
-    weights apart; the force is then its. Every method takes the states along the first axis.
+    weights apart; the force is then its. Answers have the states along the first axis.
     """
 
     model: Model
@@ -86,73 +86,40 @@ class TransformedModel:
 
     def answer(self, quantity: str, states: Sequence[UserState]) -> np.ndarray:
         """The answers to what models are asked, at states."""
-        x, u = (np.array([getattr(state, name) for state in states]) for name in ("x", "u"))
-        if quantity == "mass_matrix":
-            return self.mass_matrix(x)
+        at, frame, model = stack_states(states), self.frame, self.model
+        jacobians = np.array(list(map(frame.jacobian, at.x)))
+        transposed, moving = jacobians.swapaxes(1, 2), (at.t, at.q, at.v)
+        if quantity == "mass_matrix":  # J^T M J
+            return transposed @ _ask(model, "mass_matrix", at.q) @ jacobians
+        if quantity == "force":  # J^T f
+            force = _ask(self.weightless or model, "generalized_force", *moving)
+            return multiply(transposed, force)
+        if quantity == "gravity":  # J^T g: what the force lacks with weights, at rest
+            assert self.weightless is not None  # else nobody asks
+            still = 0 * at.t, at.q, 0 * at.v
+            pair = (_ask(each, "generalized_force", *still) for each in (self.weightless, model))
+            return multiply(transposed, np.subtract(*pair))
+        if quantity == "acceleration":  # x'' of q'' = J x'' + J' u
+            drift = np.array(list(map(frame.drift, at.x, at.u)))
+            left = _ask(model, "acceleration", *moving) - drift
+            return np.linalg.solve(jacobians, left[..., None])[..., 0]
+        is_curved = frame.matrix is None  # else J' is 0
+        mass = _ask(model, "mass_matrix", at.q) if is_curved else None
+        bias = partial(self._compute_bias, at, jacobians, mass)
         if quantity == "bias":
-            return self.bias_at(x)(u)
-        if quantity == "rate_terms":
-            return rate_terms(self.bias_at(x), self._find_steps(x))
-        if quantity == "gravity":
-            return self.gravity(x)
-        return self.force_at(states) if quantity == "force" else self.acceleration_at(states)
+            return bias(at.u)
+        steps = [difference_steps(each, frame.layout.angular) for each in jacobians]
+        return rate_terms(bias, np.array(steps))
 
-    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """M_x = J^T M J, shape (states, n, n)."""
-        q, jacobians = self._locate(x)
-        made: np.ndarray = jacobians.swapaxes(1, 2) @ _ask(self.model, "mass_matrix", q) @ jacobians
-        return made
-
-    def bias_at(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-        """J^T (h + M J' u) at places x, (states, n), by rates u there (states, n) or (n,)."""
-        q, jacobians = self._locate(x)
-        is_curved = self.frame.matrix is None  # else J' is 0
-        mass = _ask(self.model, "mass_matrix", q) if is_curved else None
-
-        def compute_bias(u: np.ndarray) -> np.ndarray:
-            u = np.broadcast_to(u, x.shape)
-            bias = _ask(self.model, "bias", q, multiply(jacobians, u))
-            if mass is not None:
-                drift = np.array([self.frame.drift(*each) for each in zip(x, u, strict=True)])
-                bias = bias + multiply(mass, drift)
-            return multiply(jacobians.swapaxes(1, 2), bias)
-
-        return compute_bias
-
-    def force_at(self, states: Sequence[UserState]) -> np.ndarray:
-        """f_x = J^T f, shape (states, n)."""
-        force = _ask_at(self.weightless or self.model, "generalized_force", states)
-        jacobians = self._list_jacobians(np.array([state.x for state in states]))
-        return multiply(jacobians.swapaxes(1, 2), force)
-
-    def gravity(self, x: np.ndarray) -> np.ndarray:
-        """g_x = J^T g, shape (states, n): what the force lacks with weights, at rest."""
-        assert self.weightless is not None  # else nobody asks
-        q, jacobians = self._locate(x)
-        at_rest = np.zeros(len(x)), q, 0 * q
-        without, whole = (
-            _ask(model, "generalized_force", *at_rest) for model in (self.weightless, self.model)
-        )
-        return multiply(jacobians.swapaxes(1, 2), without - whole)
-
-    def acceleration_at(self, states: Sequence[UserState]) -> np.ndarray:
-        """x'' of q'' = J x'' + J' u, shape (states, n)."""
-        moving = _ask_at(self.model, "acceleration", states)
-        jacobians = self._list_jacobians(np.array([state.x for state in states]))
-        drift = np.array([self.frame.drift(state.x, state.u) for state in states])
-        solved: np.ndarray = np.linalg.solve(jacobians, (moving - drift)[..., None])
-        return solved[..., 0]
-
-    def _locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The project's coordinates (states, n) at places, and J there (states, n, n)."""
-        return np.array(list(map(self.frame.position, x))), self._list_jacobians(x)
-
-    def _list_jacobians(self, x: np.ndarray) -> np.ndarray:
-        return np.array(list(map(self.frame.jacobian, x)))
-
-    def _find_steps(self, x: np.ndarray) -> np.ndarray:
-        angular = self.frame.layout.angular
-        return np.array([difference_steps(each, angular) for each in self._list_jacobians(x)])
+    def _compute_bias(
+        self, at: UserState, jacobians: np.ndarray, mass: np.ndarray | None, u: np.ndarray
+    ) -> np.ndarray:
+        """J^T (h + M J' u) at states, by rates u there (states, n) or (n,)."""
+        u = np.broadcast_to(u, at.x.shape)
+        bias = _ask(self.model, "bias", at.q, multiply(jacobians, u))
+        if mass is not None:
+            bias = bias + multiply(mass, np.array(list(map(self.frame.drift, at.x, u))))
+        return multiply(jacobians.swapaxes(1, 2), bias)
 
 
 def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
@@ -161,11 +128,6 @@ def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
     if model.takes_many_states:
         return answer(*given)
     return np.array([answer(*state) for state in zip(*given, strict=True)])
-
-
-def _ask_at(model: Model, method: str, states: Sequence[UserState]) -> np.ndarray:
-    """The same of a method of time and state."""
-    return _ask(model, method, *(np.array([state[k] for state in states]) for k in (0, 3, 4)))
 
 
 def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
@@ -227,8 +189,7 @@ Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 def _ask_part(part: str, source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     given = {"t": state.t, "x": state.x, "v": state.u, "torque": state.torque}
-    answer: np.ndarray = getattr(source, part)(*(given[name] for name in TAKES[part]))
-    return answer
+    return getattr(source, part)(*(given[name] for name in TAKES[part]))
 
 
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -290,12 +251,9 @@ def make_experiment(arm: Arm, motors: Sequence[int]) -> Scenario:
         return make_rest_scenario()
     scenario = make_unequal_gains_scenario(arm)
     assert isinstance(scenario.drive, PdDrive)  # as that scenario has it
-    gains = {
-        name: tuple(value * (joint in motors) for joint, value in enumerate(values))
-        for name, values in scenario.drive.model_dump().items()
-        if name in GAINS
-    }
-    return scenario.model_copy(update={"drive": scenario.drive.model_copy(update=gains)})
+    drive, has_motor = scenario.drive, np.isin(np.arange(len(arm.joints)), motors)
+    gains = {name: tuple((getattr(drive, name) * has_motor).tolist()) for name in GAINS}
+    return scenario.model_copy(update={"drive": drive.model_copy(update=gains)})
 
 
 @dataclass(frozen=True)
@@ -419,8 +377,7 @@ class VerificationProblem:
                 self._kept[key] = self._kept[model].answer(quantity, states)
             except (Exception, SystemExit) as error:  # of an engine that may be another's
                 self._kept[key] = failure_from_error(error)
-        values: np.ndarray | Failure = self._kept[key]
-        return values
+        return self._kept[key]
 
     def find_right(self, level: str, quantity: str) -> np.ndarray | None:
         """The reference's answers (count, ...) at a level; None where it has none."""
@@ -435,12 +392,11 @@ class VerificationProblem:
             if isinstance(mass, Failure):
                 raise Unfinished(f"{self.name} cannot be judged: {reference}: {mass}")
             parts = (*LOADS, "gravity") if self.has_gravity else LOADS
-            right = {part: self.find_right(level, part) for part in parts}
+            right: dict[str, Any] = {part: self.find_right(level, part) for part in parts}
             precision = self.equations.table.precision if self.equations.table else 0.0
             given = self.frame, self.states, mass
             self._kept[key] = compute_sizes(*given, **right, precision=precision)
-        sizes: NaturalSizes = self._kept[key]
-        return sizes
+        return self._kept[key]
 
 
 def ask_functions(

@@ -46,7 +46,6 @@ from crosscheck.trial.changes.arms.steps import LevelChanges, find_changes
 from crosscheck.trial.changes.arms.term_words import (
     describe_entries,
     describe_point_masses,
-    describe_unexplained,
     describe_unfollowed,
     name_entry,
 )
@@ -169,7 +168,9 @@ class ArmSubject(TrialSubject):
         level = reading_level or level
         changes = LevelChanges(level, [])
         if wrong_parts and not readings and self._is_searched_by_numbers:
-            changes = self._find_changes(level, distances)
+            arms = {each.level: self._compare(each.level) for each in distances}
+            found = find_changes(arms, distances, self._compare_probes)
+            changes = found if found.words else changes
         level = changes.level
         here = self._compare(level)
         is_explained = bool(readings or changes.words)
@@ -187,11 +188,12 @@ class ArmSubject(TrialSubject):
         entries = [name_entry(each, names, causes) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
         numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
+        notes, unexplained = ([], []) if is_explained else describe_entries(wrong)
         return TrialDiagnosis(
             level,
             wrong,
-            () if is_explained else tuple(describe_entries(wrong)),
-            () if is_explained else tuple(describe_unexplained(wrong)),
+            tuple(notes),
+            tuple(unexplained),
             explanations=tuple(changes.words),
             is_compound=changes.is_compound,
             readings=tuple(each.described for each in readings),
@@ -209,12 +211,6 @@ class ArmSubject(TrialSubject):
         equations, matrix = self.problem.equations, self.problem.frame.matrix
         has_source = equations.any_arm and equations.table is None
         return not has_source and self.problem.gearing == "rigid" and matrix is not None
-
-    def _find_changes(self, level: str, distances: Sequence[LevelDistance]) -> LevelChanges:
-        """The level at which changes explain all, and these; else the given level, and none."""
-        arms = {each.level: self._compare(each.level) for each in distances}
-        changes = find_changes(arms, distances, self._compare_probes)
-        return changes if changes.words else LevelChanges(level, [])
 
     def _compare(self, level: str) -> EntryComparison:
         return compare_entries(self.problem, level, self.results)
@@ -286,8 +282,7 @@ class ArmSubject(TrialSubject):
             if any(has_literal(self.problem.equations, e, number.value) for e in number.parts)
         }
         note = describe_unfollowed(diagnosis.ignored_numbers, wrong_parts, written)
-        hidden = diagnosis.hidden
-        lines = [*describe_entries(hidden), *describe_unexplained(hidden)]
+        lines = [line for lines in describe_entries(diagnosis.hidden) for line in lines]
         front = "Right on this arm. On others, whose numbers differ, this is wrong: "
         return [*[note] * bool(note), *(f"{front}{line}" for line in lines)]
 

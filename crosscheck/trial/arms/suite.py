@@ -133,10 +133,8 @@ def _sizes_in_user_unit(
     """
     user_values, ratios = results.need(problem.ask_equations(unit_part)), dict[str, float]()
     for level in problem.levels:
-        reference_values = problem.find_right(level, unit_part)
-        ratios[level] = (
-            1.0 if reference_values is None else entries.unit_ratio(user_values, reference_values)
-        )
+        right = problem.find_right(level, unit_part)
+        ratios[level] = 1.0 if right is None else entries.unit_ratio(user_values, right)
     nearest = min(problem.levels, key=lambda level: abs(math.log(ratios[level])))
     sizes = problem.compute_sizes(nearest)
     return sizes.scale_by(entries.power_of_ten(ratios[nearest]))
@@ -198,17 +196,9 @@ def _compare_same_steps(
     engine_run = Simulation(RunKey(name, engine), case)
     repeated = Simulation(RunKey(name, engine, "nudged"), perturb_start_by_one_ulp(case))
 
-    def judge(
-        about: Subject, user_trajectory: Any, engine_trajectory: Any, nudged_trajectory: Any
-    ) -> Finding:
-        widest = acceptance_limit(quantity, case.arm, scenario, size(engine_trajectory, quantity))
-        return check_same_step(
-            about,
-            user_trajectory,
-            engine_trajectory,
-            Pair(engine_trajectory, nudged_trajectory),
-            widest,
-        )
+    def judge(about: Subject, yours: Any, theirs: Any, nudged: Any) -> Finding:
+        widest = acceptance_limit(quantity, case.arm, scenario, size(theirs, quantity))
+        return check_same_step(about, yours, theirs, Pair(theirs, nudged), widest)
 
     key = ComparisonKey(RUN, name, quantity, problem.name, engine)
     about = Subject(key, UNITS[quantity], "largest absolute difference")

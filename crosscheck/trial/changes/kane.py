@@ -92,10 +92,6 @@ class KaneSum:
             self.robot.gravity,
         )
 
-    def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
-        """Terms of a body that replaces the one with this number."""
-        return self.move_body(number, body).compute_terms()
-
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
         pose = self.poses[number]
@@ -122,7 +118,7 @@ class KaneSum:
             yield "the rotation Jw' I Jw", turning.swapaxes(1, 2) @ inertia @ turning
             return
         if part == "gravity":
-            yield "the weight", self.compute_terms(number, world).gravity
+            yield "the weight", self.move_body(number, world).compute_terms().gravity
             return
         rate, moving = self.rates[number], mass * moving
         w, dw = rate.angular, rate.angular_rate
@@ -130,14 +126,10 @@ class KaneSum:
         yield "the gyroscopic torque w x I w", project(turning, cross(w, multiply(inertia, w)))
         growing = project(turning, multiply(inertia, dw))
         yield "the torque I w' of the angular acceleration", growing
-        accelerations = {
-            "the centripetal acceleration w x (w x c) of the centre": cross(
-                w, cross(w, lever - at)
-            ),
-            "the acceleration of the centre": rotate_point(w, dw, lever) + rate.acceleration,
-        }
-        for kind, acceleration in accelerations.items():
-            yield kind, project(moving, acceleration)
+        centripetal = project(moving, cross(w, cross(w, lever - at)))
+        yield "the centripetal acceleration w x (w x c) of the centre", centripetal
+        whole = project(moving, rotate_point(w, dw, lever) + rate.acceleration)
+        yield "the acceleration of the centre", whole
 
     def _list_joint_pieces(self, number: int) -> Iterator[tuple[str, np.ndarray]]:
         """Bias caused by the accelerations that a joint adds to all bodies after it."""
@@ -184,5 +176,4 @@ class KaneSum:
 
 def rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """The acceleration (states, 3) of the end of an arm by turning about its begin."""
-    turned: np.ndarray = cross(dw, arm) + cross(w, cross(w, arm))
-    return turned
+    return cross(dw, arm) + cross(w, cross(w, arm))

@@ -158,17 +158,16 @@ def _confuse_body(body: RobotBody, axes: np.ndarray) -> Iterator[tuple[str, Robo
     yield "left out", RobotBody(0.0, body.com, 0 * body.inertia)
     yield "twice", RobotBody(2 * body.mass, body.com, 2 * body.inertia)
     about = compute_point_inertia(body.mass, body.com)
+    of_centre = body.inertia - about
     stated = axes.T @ body.inertia @ axes
-    diagonal = np.diag(np.diag(stated))
+    diagonal, of_joint = np.diag(np.diag(stated)), body.inertia + about
     once = "its inertia turned once by the rpy of its inertial frame"
     inertia_of = {
         "its inertia as it stands, not turned by the rpy of its inertial frame": stated,
         f"{once}, R I for R I R'": axes @ stated,
         f"{once}, I R' for R I R'": stated @ axes.T,
-        "its inertia about the joint, taken for that about the centre of mass": body.inertia
-        + about,
-        "its inertia about the centre of mass, taken for that about the joint": body.inertia
-        - about,
+        "its inertia about the joint, taken for that about the centre of mass": of_joint,
+        "its inertia about the centre of mass, taken for that about the joint": of_centre,
         "the parallel axis term m (c'c 1 - c c') with the opposite sign": body.inertia - 2 * about,
         "all products of inertia left out": axes @ diagonal @ axes.T,
         "all products of inertia with the opposite sign": axes @ (2 * diagonal - stated) @ axes.T,

@@ -80,13 +80,11 @@ FIELDS = (
     NumberField("joints", ("placement", "position"), "its place, {}", "m", 0.1, AXES, "its place"),
     NumberField("rotors", ("inertia",), "inertia", "kg m^2"),
     NumberField("rotors", ("ratio",), "ratio", "", 1.0),
-    *(
-        NumberField("stages", ("gears", f"{part}_{field}"), f"{what} of {part}", unit)
-        for part in ("sun", "planet")
-        for field, what, unit in (
-            ("inertia_kg_m2", "inertia", "kg m^2"),
-            ("equivalent_mass_kg", "equivalent mass", "kg"),
-        )
+    NumberField("stages", ("gears", "sun_inertia_kg_m2"), "inertia of sun", "kg m^2"),
+    NumberField("stages", ("gears", "sun_equivalent_mass_kg"), "equivalent mass of sun", "kg"),
+    NumberField("stages", ("gears", "planet_inertia_kg_m2"), "inertia of planet", "kg m^2"),
+    NumberField(
+        "stages", ("gears", "planet_equivalent_mass_kg"), "equivalent mass of planet", "kg"
     ),
 )
 # What one factor may make of all parts of a kind.

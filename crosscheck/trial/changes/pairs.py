@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -52,14 +51,6 @@ class Single:
         assert self.number is not None  # whose value is asked for
         free = self.number.value + self.number.step * times
         return free if self.value is None else self.value
-
-
-class ChangePair(NamedTuple):
-    """Two changes by number, and how many times the free one of them is made."""
-
-    first: int
-    second: int
-    times: float
 
 
 class PairSearch(ValueSearch, ABC):
@@ -125,8 +116,8 @@ class PairSearch(ValueSearch, ABC):
 
 def rank_pairs(
     rows: np.ndarray, is_free: np.ndarray, difference: np.ndarray, owners: np.ndarray
-) -> list[ChangePair]:
-    """Pairs of changes that leave nothing of a difference (places,).
+) -> list[tuple[int, int, float]]:
+    """Pairs that leave nothing of a difference (places,), and how often their free one is made.
 
     rows (changes, places): what each change makes, once or, if free, times any factor; owners
     (changes,): what each is a change of, two of which are no pair. Nor are two free changes: any
@@ -135,7 +126,7 @@ def rank_pairs(
     along, square = rows @ difference, float(difference @ difference)
     norms = np.maximum((rows**2).sum(axis=1), 1e-300)
     alone = square - 2 * along + norms  # residual if each is made alone
-    pairs, fixed = list[ChangePair](), np.flatnonzero(~is_free)
+    pairs, fixed = list[tuple[int, int, float]](), np.flatnonzero(~is_free)
     for begin in range(0, len(fixed), BLOCK):
         some = fixed[begin : begin + BLOCK]
         gram = rows[some] @ rows.T
@@ -143,7 +134,5 @@ def rank_pairs(
         left = alone[some, None] - times * (2 * (along - gram) - times * norms)
         once = is_free | (some[:, None] < np.arange(len(rows)))  # of two fixed ones, in one order
         is_pair = once & (owners[some, None] != owners) & (left <= NEAR * square)
-        pairs += [
-            ChangePair(int(some[i]), int(j), float(times[i, j])) for i, j in np.argwhere(is_pair)
-        ]
+        pairs += [(int(some[i]), int(j), float(times[i, j])) for i, j in np.argwhere(is_pair)]
     return pairs

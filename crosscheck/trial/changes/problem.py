@@ -122,13 +122,14 @@ class ChangeProblem:
         An entry's own difference decides, so that a large one elsewhere hides nothing here; one
         that is right may stay as wrong as right ones are.
         """
-        allowances = list[np.ndarray]()
-        for part, wrong in zip(self.parts, self._split(self.difference), strict=True):
+        allowed = np.empty_like(self.difference)
+        views = self._split(allowed)
+        for part, wrong in self._split(self.difference).items():
             largest, tolerance = np.abs(wrong).max(axis=0), self.tolerances[part]
             rounding = np.where(largest <= tolerance, max(tolerance, ROUNDING), ROUNDING)
             least = np.maximum(tolerance if part == ACCELERATION else rounding, LEFT * largest)
-            allowances.append(np.broadcast_to(least, wrong.shape).ravel())
-        return np.concatenate(allowances)
+            views[part][:] = least
+        return allowed
 
     def can_explain(self, change: np.ndarray, places: Places = slice(None)) -> bool:
         """Whether a change of the row explains the difference at some places of it."""
@@ -137,20 +138,22 @@ class ChangeProblem:
 
     def select_part(self, part: str) -> np.ndarray:
         """Mask of the places of a row in a part."""
-        return self._mask({each: each == part for each in self.parts})
+        mask = np.zeros(self.difference.size, bool)
+        self._split(mask)[part][:] = True
+        return mask
 
     def select_entries(self, part: str, entries: Collection[Entry]) -> np.ndarray:
         """Mask of the places of a row in some entries of a part and in their mirror images."""
-        inside = np.zeros(self.differences[part].shape, bool)
-        entries_first = np.moveaxis(inside, 0, -1)
+        mask = np.zeros(self.difference.size, bool)
+        entries_first = np.moveaxis(self._split(mask)[part], 0, -1)
         for entry in entries:
             entries_first[entry] = entries_first[entry[::-1]] = True
-        return self._mask({part: inside})
+        return mask
 
     def list_places(self, states: slice) -> np.ndarray:
         """The places of a row at some states."""
         parts = self._split(np.arange(self.difference.size))
-        return np.concatenate([places[states].ravel() for places in parts])
+        return np.concatenate([places[states].ravel() for places in parts.values()])
 
     def select_screened(self, places: Places, states: slice) -> tuple[np.ndarray, np.ndarray]:
         """The places of a row at some states that are among some, and which of all there."""
@@ -158,16 +161,13 @@ class ChangeProblem:
         chosen = np.isin(at, np.arange(self.difference.size)[places])
         return at[chosen], chosen
 
-    def _mask(self, inside: Mapping[str, np.ndarray | bool]) -> np.ndarray:
-        shapes = {part: wrong.shape for part, wrong in self.differences.items()}
-        masks = [np.broadcast_to(inside.get(part, False), s).ravel() for part, s in shapes.items()]
-        return np.concatenate(masks)
-
-    def _split(self, row: np.ndarray) -> list[np.ndarray]:
-        """The parts (states, ...) of a row."""
-        shapes = [wrong.shape for wrong in self.differences.values()]
-        ends = np.cumsum([np.prod(shape) for shape in shapes])[:-1]
-        return [p.reshape(shape) for p, shape in zip(np.split(row, ends), shapes, strict=True)]
+    def _split(self, row: np.ndarray) -> dict[str, np.ndarray]:
+        """The parts (states, ...) of a row, as views."""
+        views, end = dict[str, np.ndarray](), 0
+        for part, wrong in self.differences.items():
+            end += wrong.size
+            views[part] = row[end - wrong.size : end].reshape(wrong.shape)
+        return views
 
     def _join(self, parts: Mapping[str, np.ndarray], states: slice) -> np.ndarray:
         rows = []

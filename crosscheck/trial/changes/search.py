@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,26 +34,24 @@ from crosscheck.trial.changes.problem import (
 )
 from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.changes.waves import measure_rest
 from crosscheck.trial.judge.entries import PART_TITLES, LevelDistance
 
-CLOSE = (
-    1e-4  # largest residual of a number's effect that is worth a try, over the difference's norm
-)
+# Largest residual of a number's effect that is worth a try, over the difference's norm.
+CLOSE = 1e-4
 PROMISING = 0.9  # largest residual after a first Newton step, relative to the one before
 STEPS = 12  # steps of Newton's method
 NEAR = 1e-4  # step of differentiation, relative to that of the number
 SLENDER = 1e-9  # inertia of a thin rod about its own axis, over its largest moment of inertia
 MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search stops
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
-
-
 # Largest second-order effect of a number that counts as linear, over the first-order one.
 LINEAR = 1e-9
 MOST_NAMED = 3  # entries that are named one by one
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 MOST_EQUALS = 2  # causes in one sentence that no state distinguishes
 LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
+# A mistake in Kane's sum in words, what may have it, and what it changes of a row (names, places).
+StepRows = tuple[str, list[str], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -70,14 +68,6 @@ class Cause:
     missing: str = ""
     path: str = ""
     is_compound: bool = False
-
-
-class StepRows(NamedTuple):
-    """A mistake in Kane's sum: what it changes of a row (names, places) by what has it."""
-
-    words: str
-    names: list[str]
-    rows: np.ndarray
 
 
 class CauseSearch(PairSearch):
@@ -139,7 +129,7 @@ class CauseSearch(PairSearch):
         rows = []
         for words, changes in (pair for each in steps for pair in each.items()):
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
-            rows.append(StepRows(words, list(changes), self.row(stacked, states)))
+            rows.append((words, list(changes), self.row(stacked, states)))
         return rows
 
     @cached_property
@@ -479,3 +469,16 @@ def solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -
     left = np.array([np.linalg.norm(difference - linear * x - square * x**2) for x in real])
     alike = real[left <= left.min() + ROUNDING * np.linalg.norm(difference)]
     return float(alike[int(np.argmin(np.abs(alike)))])
+
+
+def measure_rest(difference: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The norm of what two columns (..., states) together leave of a difference (states,)."""
+    rest = _remove_part(np.broadcast_to(difference, first.shape), first)
+    return np.linalg.norm(_remove_part(rest, _remove_part(second, first)), axis=-1)
+
+
+def _remove_part(values: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """The values (..., states) less their part along a column, which may be 0."""
+    square = (column * column).sum(axis=-1, keepdims=True)
+    part: np.ndarray = (values * column).sum(axis=-1, keepdims=True) / np.where(square, square, 1)
+    return values - part * column

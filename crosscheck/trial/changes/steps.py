@@ -48,8 +48,8 @@ class StepTable:
         steps: Steps = {}
         for name, changed in self._changed.items():
             for words, body in changed.items():
-                terms = self.kane.compute_terms(self.parts[name].number, body)
-                steps.setdefault(words, {})[name] = terms.minus(self._terms[name])
+                motion = self.kane.move_body(self.parts[name].number, body)
+                steps.setdefault(words, {})[name] = motion.compute_terms().minus(self._terms[name])
         return steps
 
     def list_steps(self) -> Steps:
@@ -165,8 +165,7 @@ def _list_unturned(R: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
 
 def _turn(rotation: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     """R I R'."""
-    turned: np.ndarray = rotation @ inertia @ np.swapaxes(rotation, -1, -2)
-    return turned
+    return rotation @ inertia @ np.swapaxes(rotation, -1, -2)
 
 
 def _add_columns(motion: BodyMotion, moving: np.ndarray, turning: np.ndarray) -> BodyMotion:

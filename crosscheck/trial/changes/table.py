@@ -1,4 +1,4 @@
-"""Effect of each change of a robot on its terms at the states, and values that a number may have."""
+"""Effect of each change of a robot on its terms at the states; values that a number may have."""
 
 from __future__ import annotations
 

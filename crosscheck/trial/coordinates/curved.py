@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -108,13 +109,8 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
     def function(x: np.ndarray) -> np.ndarray:
         return _call_user_function(user_function, "function", x, (n,), f", for {count}")
 
-    frame = Frame(
-        layout,
-        names,
-        position=function,
-        slopes=lambda x: _difference_jacobian(function, x),
-        drift=lambda x, u: _certain_derivative(2, function, x, u),
-    )
+    jacobian = partial(_difference_jacobian, function)
+    frame = Frame(layout, names, function, jacobian, partial(_certain_derivative, 2, function))
     if given is None:
         frame = _build_complex_frame(frame, user_function) or frame
     elif not callable(given):
@@ -125,9 +121,7 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
         def slopes(x: np.ndarray) -> np.ndarray:
             return _call_user_function(given, "jacobian", x, (n, n), f", for {count}")
 
-        def drift(x: np.ndarray, u: np.ndarray) -> np.ndarray:
-            return _jacobian_drift(lambda y, w: slopes(y) @ w, x, u)
-
+        drift = partial(_jacobian_drift, lambda x, u: slopes(x) @ u)
         frame = replace(frame, slopes=slopes, drift=drift)
     _require_derivative(frame)
     return frame
@@ -170,19 +164,12 @@ def _build_complex_frame(frame: Frame, user_function: Any) -> Frame | None:
             np.stack(columns, axis=1), (len(x), len(x)), "function's jacobian", x
         )
 
-    candidate = replace(
-        frame,
-        slopes=slopes,
-        drift=lambda x, u: _jacobian_drift(forward, x, u),
-    )
+    candidate = replace(frame, slopes=slopes, drift=partial(_jacobian_drift, forward))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # numpy's, for an imaginary part that is lost
-            return (
-                candidate
-                if all(_misfit(candidate, x) is None for x in _sample_states(frame))
-                else None
-            )
+            fits = all(_misfit(candidate, x) is None for x in _sample_states(frame))
+            return candidate if fits else None
     except InputError:
         raise
     except BaseException:  # whatever a function that means floats does with complex ones
@@ -288,9 +275,8 @@ def _require_derivative(frame: Frame) -> None:
 def _misfit(frame: Frame, x: np.ndarray) -> str | None:
     """Which entry of J differs from differences, and both values; None if all agree."""
     given, expected = frame.slopes(x), _difference_jacobian(frame.position, x)
-    relative_errors = np.abs(given - expected) / np.abs(expected).max(axis=1, keepdims=True).clip(
-        1e-12
-    )
+    size = np.abs(expected).max(axis=1, keepdims=True).clip(1e-12)
+    relative_errors = np.abs(given - expected) / size
     row, column = np.unravel_index(int(relative_errors.argmax()), relative_errors.shape)
     if relative_errors[row, column] <= AGREED:
         return None

@@ -38,6 +38,11 @@ class Frame:
     drift: Along
     matrix: np.ndarray | None = None
 
+    @property
+    def is_identity(self) -> bool:
+        """Whether x are the project's coordinates themselves."""
+        return self.matrix is not None and np.array_equal(self.matrix, np.eye(len(self.names)))
+
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
         jacobian = self.slopes(x)
@@ -58,9 +63,8 @@ class Frame:
             solution = self._solve(start, q)
             if solution is not None:
                 return solution
-        raise InputError(
-            WHERE, "function", None, f"no x was found that gives q = {format_vector(q)}"
-        )
+        reason = f"no x was found that gives q = {format_vector(q)}"
+        raise InputError(WHERE, "function", None, reason)
 
     def find_nearest(self, q: np.ndarray, reachable_x: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q, or one on the way to it from that of a known x.
@@ -70,9 +74,8 @@ class Frame:
         start = self.position(reachable_x)
         for halved in range(MOST_HALVED):
             target = start + (q - start) / 2**halved
-            for guess in (
-                (target, reachable_x) if halved else (target, np.zeros(len(q)), reachable_x)
-            ):
+            zero = () if halved else (np.zeros(len(q)),)
+            for guess in (target, *zero, reachable_x):
                 solution = self._solve(guess, target)
                 if solution is not None:
                     return solution

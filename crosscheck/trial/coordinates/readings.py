@@ -103,19 +103,12 @@ def _senses(joints: JointCoordinates) -> Iterator[Reading]:
         groups = [g for count in range(1, size) for g in combinations(range(size), count)]
     for group in groups:
         listed = " and ".join(names[place] for place in group)
-        reading = linear_reading(
-            "sense", f"coordinates with {listed} reversed", _reverse(size, group)
-        )
+        signs = np.diag([-1.0 if place in group else 1.0 for place in range(size)])
+        reading = linear_reading("sense", f"coordinates with {listed} reversed", signs)
         yield replace(reading, joints=tuple(names[place] for place in group))
     if size > 1:
         reading = linear_reading("sense", "coordinates with all senses reversed", -np.eye(size))
         yield replace(reading, joints=tuple(names))
-
-
-def _reverse(size: int, group: Sequence[int]) -> np.ndarray:
-    signs = np.ones(size)
-    signs[list(group)] = -1.0
-    return np.diag(signs)
 
 
 def _orders(joints: JointCoordinates) -> Iterator[Reading]:

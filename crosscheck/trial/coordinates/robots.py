@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any, NamedTuple
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -31,60 +31,8 @@ RATED = ("bias", "coriolis")  # parts that stand beside M, of whose x'' the map'
 KEPT_STATES = 1024  # states whose map is kept: several parts are asked at each
 
 
-class MappedState(NamedTuple):
-    """A state of the joints in a user's coordinates: x and x' (n,), J (n, n), and J' x' (n,)."""
-
-    x: np.ndarray
-    jacobian: np.ndarray
-    u: np.ndarray
-    bend: np.ndarray
-
-
-@dataclass(frozen=True)
-class MappedCall:
-    """A function of x as one of q: what it gets and what it answers are carried over.
-
-    map_state: the map at q and q', both as bytes; mass: the function M of x, which the bias of
-    curved coordinates needs. Torques are those of the joints in both. A matrix of Coriolis counts
-    as the bias that it makes.
-    """
-
-    call: Call
-    part: str
-    frame: Frame
-    map_state: Callable[[bytes, bytes], MappedState]
-    mass: Call | None
-
-    def __call__(self, arguments: Arguments) -> Any:
-        """The answer in the joints' coordinates, or as it is where it is no answer."""
-        q = arguments["x"]
-        v = arguments.get("v", np.zeros_like(q))
-        x, jacobian, u, bend = self.map_state(q.tobytes(), v.tobytes())
-        moved = {**arguments, "x": x.copy(), "v": u.copy()}
-        if "a" in arguments:
-            moved["a"] = np.linalg.solve(jacobian, arguments["a"] - bend)
-        raw, shape = self.call(moved), (len(x), len(x))
-        try:
-            answer = convert_to_numbers(raw, shape if self.part in MATRICES else shape[:1])
-        except NotNumbers:  # the caller reports it with the state
-            return raw
-        if self.part == "mass_matrix":
-            return np.linalg.solve(jacobian.T, answer) @ np.linalg.inv(jacobian)
-        if self.part == "acceleration":
-            return jacobian @ answer + bend
-        if self.part == "coriolis" and self.frame.matrix is not None:
-            return np.linalg.solve(jacobian.T, answer) @ np.linalg.inv(jacobian)
-        if self.part == "coriolis":
-            answer = answer @ u
-        if self.part in RATED and bend.any():
-            assert self.mass is not None  # as was required
-            mass = convert_to_numbers(self.mass({"x": x.copy()}), shape)
-            answer = answer - mass @ np.linalg.solve(jacobian, bend)
-        return np.linalg.solve(jacobian.T, answer)
-
-
-def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | None:
-    """The map of a user's coordinates; None for the joints' own. Raises InputError."""
+def build_robot_frame(coordinates: Coordinates, robot: Robot, where: str = "coordinates") -> Frame:
+    """The map of a user's coordinates, of the joints' own the identity. Raises InputError."""
     size, joint_names = len(robot.coordinates), robot.coordinate_names
     usual = Coordinates()
     if (coordinates.gearing, coordinates.gears) != (usual.gearing, usual.gears):
@@ -117,38 +65,62 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
         places = [[float(name == each) for each in coordinates.order] for name in joint_names]
         return build_linear_frame(layout, names, np.array(places))
     if coordinates.links == "relative":
-        return None
+        return build_linear_frame(layout, tuple(joint_names), np.eye(size))
     readings = list_readings(describe_coordinates(robot))
     absolute = (each.position for each in readings if each.kind == "absolute")
     matrix = next(absolute, np.eye(size))
     return build_linear_frame(layout, names, matrix)
 
 
-def build_robot_frame(coordinates: Coordinates, robot: Robot) -> Frame:
-    """The map of a user's coordinates, also where they are the joints' own. Raises InputError."""
-    size = len(robot.coordinates)
-    layout = make_layout([False] * size)
-    identity = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size))
-    return read_frame(coordinates, robot, "coordinates") or identity
-
-
 def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, Call]:
-    """The functions of x as functions of q. Raises InputError where a bias has no M beside it."""
-    mass, curved = calls.get("mass_matrix"), frame.matrix is None
+    """The functions of x as functions of q: what they get and what they answer is carried over.
+
+    Torques are those of the joints in both. A matrix of Coriolis of curved coordinates counts as
+    the bias that it makes. Raises InputError where a bias has no M beside it.
+    """
+    if frame.is_identity:
+        return dict(calls)
+    mass_of, curved = calls.get("mass_matrix"), frame.matrix is None
     rated = [part for part in RATED if part in calls]
-    if curved and rated and mass is None:
+    if curved and rated and mass_of is None:
         reason = "needs mass_matrix beside it: the coordinates are curved, q'' = J x'' + J' x'"
         raise InputError(where, rated[0], None, reason)
 
     @lru_cache(maxsize=KEPT_STATES)
-    def map_state(q: bytes, v: bytes) -> MappedState:
+    def map_state(q: bytes, v: bytes) -> tuple[np.ndarray, ...]:
+        """Of a state of the joints x (n,), J (n, n), x' (n,), and J' x' (n,)."""
         x = frame.place(np.frombuffer(q))
         jacobian, v_q = frame.jacobian(x), np.frombuffer(v)
         u = np.linalg.solve(jacobian, v_q)
         bend = frame.drift(x, u) if v_q.any() else np.zeros_like(u)  # a square of the rates
-        return MappedState(x, jacobian, u, bend)
+        return x, jacobian, u, bend
 
-    mapped = {part: MappedCall(call, part, frame, map_state, mass) for part, call in calls.items()}
+    def carry(part: str, call: Call, arguments: Arguments) -> Any:
+        """The answer in the joints' coordinates, or as it is where it is no answer."""
+        q = arguments["x"]
+        v = arguments.get("v", np.zeros_like(q))
+        x, jacobian, u, bend = map_state(q.tobytes(), v.tobytes())
+        moved = {**arguments, "x": x.copy(), "v": u.copy()}
+        if "a" in arguments:
+            moved["a"] = np.linalg.solve(jacobian, arguments["a"] - bend)
+        raw, shape = call(moved), (len(x), len(x))
+        try:
+            answer = convert_to_numbers(raw, shape if part in MATRICES else shape[:1])
+        except NotNumbers:  # the caller reports it with the state
+            return raw
+        if part == "acceleration":
+            return jacobian @ answer + bend
+        if part == "coriolis" and curved:
+            answer = answer @ u
+        if answer.ndim == 2:
+            return np.linalg.solve(jacobian.T, answer) @ np.linalg.inv(jacobian)
+        if part in RATED and bend.any():
+            assert mass_of is not None  # as was required
+            mass = convert_to_numbers(mass_of({"x": x.copy()}), shape)
+            answer = answer - mass @ np.linalg.solve(jacobian, bend)
+        return np.linalg.solve(jacobian.T, answer)
+
+    mapped = {part: partial(carry, part, call) for part, call in calls.items()}
     return {"bias" if curved and part == "coriolis" else part: c for part, c in mapped.items()}
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,15 +23,21 @@ class UserState(NamedTuple):
     """A state of the arm in the user's coordinates and in the project's.
 
     t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's; torque (joints,):
-    output torques [N m] of the scenario's drive.
+    output torques [N m] of the scenario's drive. Of several states each has these along a first
+    axis.
     """
 
-    t: float
+    t: Any
     x: np.ndarray
     u: np.ndarray
     q: np.ndarray
     v: np.ndarray
     torque: np.ndarray
+
+
+def stack_states(states: Sequence[UserState]) -> UserState:
+    """Several states as one of arrays."""
+    return UserState(*map(np.array, zip(*states, strict=True)))
 
 
 @lru_cache(maxsize=8)  # every question of a trial asks at the same ones

@@ -301,11 +301,8 @@ def require_comparable(unit: MappedUnit, where: str) -> None:
 
 
 def _plan_comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Comparison]:
-    engines = (
-        sort_engines(unit.level)
-        if unit.level
-        else [reference_model(), *find_same_integrator_models()]
-    )
+    geared = [reference_model(), *find_same_integrator_models()]
+    engines = sort_engines(unit.level) if unit.level else geared
     first = next(engine for engine in engines if engine.startswith("analytic"))
     fine = UnitRun(unit, name, case, first)
     of_unit = RefinedRun(fine, ((fine, replace(fine, variant="coarse")),))

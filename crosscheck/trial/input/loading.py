@@ -86,9 +86,7 @@ def import_object(text: str) -> Any:
         return parts
     named_object: Any = loaded
     for part in name.split("."):
-        if isinstance(
-            getattr(named_object, part, sys), ModuleType
-        ):  # or there, once it is imported
+        if isinstance(getattr(named_object, part, sys), ModuleType):  # which may be none
             raise InputError(text, "", None, f"no {part} in {module}{_list_names(loaded, part)}")
         named_object = getattr(named_object, part)
     return named_object

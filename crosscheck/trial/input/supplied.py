@@ -119,9 +119,7 @@ class SuppliedEquations:
         return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
 
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """M(x) a + bias(x, v), shape (n,)."""
-        if "inverse_dynamics" not in self.given:
-            return self.mass_matrix(x) @ a + self.bias(x, v)
+        """The user's inverse dynamics without weights and friction, M(x) a + bias(x, v), (n,)."""
         whole = self._call_part("inverse_dynamics", x=x, v=v, a=a)
         weights: np.ndarray | float = 0.0
         if ("inverse_dynamics", WEIGHTS) in self.held:
@@ -164,8 +162,6 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         has.add("bias")
     if "inverse_dynamics" in calls:
         has.add("mass_matrix")
-    if has >= {"mass_matrix", "bias"}:
-        has.add("inverse_dynamics")
     bound = SuppliedEquations(
         equations, arm, frame, frozenset(calls), frozenset(has), motors, motor_calls
     )

@@ -72,8 +72,7 @@ class Identity(NamedTuple):
     def errors(self) -> np.ndarray:
         """Largest deviation of each entry over the states, relative to its size."""
         beyond = np.maximum(np.abs(self.left - self.right) - self.doubt, 0.0) / self.size.entries
-        errors: np.ndarray = beyond.max(axis=tuple(range(beyond.ndim - self.axes)))
-        return errors
+        return beyond.max(axis=tuple(range(beyond.ndim - self.axes)))
 
     @property
     def places(self) -> list[tuple[int, ...]]:

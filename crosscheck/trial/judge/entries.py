@@ -14,7 +14,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.report.formatting import list_first
 from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.coordinates.states import UserState, stack_states
 
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
 
@@ -77,8 +77,7 @@ class NaturalSizes:
 
     def entry_sizes(self, quantity: str) -> np.ndarray:
         """The natural sizes of a part's entries."""
-        size: np.ndarray = self.mass if quantity == "mass_matrix" else getattr(self, quantity)
-        return size
+        return self.mass if quantity == "mass_matrix" else getattr(self, quantity)
 
 
 def compute_sizes(
@@ -98,8 +97,8 @@ def compute_sizes(
     sqrt(M_ii M_jj) by how far x_k turns the joints, i, j and k in any order. A force or
     acceleration that vanishes has what its inertia makes of the others.
     """
-    rates = np.array([state.u for state in states])
-    turning = np.array([state.v[frame.layout.angular] for state in states])
+    at = stack_states(states)
+    rates, turning = at.u, at.v[:, frame.layout.angular]
     diagonal = np.sqrt(np.einsum("kii->ki", mass).max(axis=0))
     lively = np.sqrt(np.einsum("ki,kij,kj->k", rates, mass, rates).mean() * (turning**2).mean())
     of_rates = np.sqrt((rates**2).mean(axis=0))
@@ -159,8 +158,7 @@ def power_of_ten(ratio: float) -> float:
 def _row_medians(values: np.ndarray) -> np.ndarray:
     """The median size of each row over the states, of a matrix that of its diagonal, (n,)."""
     rows = np.einsum("kii->ki", values) if values.ndim == 3 else values
-    medians: np.ndarray = np.median(np.abs(rows), axis=0)
-    return medians
+    return np.median(np.abs(rows), axis=0)
 
 
 def _summands(diagonal: np.ndarray, turned: np.ndarray) -> np.ndarray:
@@ -276,10 +274,9 @@ class Explanation:
 class EntryMismatch:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
-    difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
-    typeset. shown_on: name of the arm that shows it, where the user's cannot. notes: sentences on
-    what the entry is beside the right one. name: of the entry in its coordinates; guess: at the
-    error, in words.
+    difference: yours minus right in numbers, of an entry that nothing explains. shown_on: name of
+    the arm that shows it, where the user's cannot. notes: sentences on what the entry is beside the
+    right one. name: of the entry in its coordinates; guess: at the error, in words.
     """
 
     place: EntryPlace
@@ -368,7 +365,7 @@ def describe_entry_notes(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
 def deviations(values: np.ndarray, expected: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Largest difference of every entry over the states, relative to its size: shape of size.
 
-    one, other (count, ...): the states along the first axis.
+    values, expected (count, ...): the states along the first axis.
     """
     return np.abs(values - expected).max(axis=0) / size
 

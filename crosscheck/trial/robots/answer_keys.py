@@ -11,12 +11,12 @@ import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
-from crosscheck.trial.coordinates.robots import map_calls, read_frame
+from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_robot_equations, extract_robot_equations
 from crosscheck.trial.result import Trial
-from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
+from crosscheck.trial.robots.answers import ARGUMENTS, NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
 from crosscheck.trial.source.answer_key import (
     AT_REST,
@@ -118,13 +118,8 @@ def _make_answer_key(
     """
     freeze(robot)
     states = problem.states.first(FEW_STATES)
-    by_name = {
-        "x": states.q,
-        "v": states.v,
-        "a": states.a,
-        "torque": states.torques + problem.friction[:FEW_STATES],
-        "t": np.zeros(FEW_STATES),
-    }
+    pushed = states._replace(torques=states.torques + problem.friction[:FEW_STATES])
+    by_name = dict(zip(ARGUMENTS, pushed, strict=True)) | {"t": np.zeros(FEW_STATES)}
 
     def build(source: Any) -> Equations:
         return extract_robot_equations(source, robot, problem.name)
@@ -140,8 +135,8 @@ def _make_answer_key(
         coordinates = given.coordinates if made.has_open_angles else made.coordinates
         made = replace(made, drive=given.drive, coordinates=coordinates)
         calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
-        frame = read_frame(made.coordinates, problem.robot, problem.name)
-        calls = calls if frame is None else map_calls(calls, frame, problem.name)
+        frame = build_robot_frame(made.coordinates, problem.robot, problem.name)
+        calls = map_calls(calls, frame, problem.name)
 
         def answer(part: str, state: int) -> np.ndarray:
             quantity, _ = MOTIONS.get(part, (part, ""))

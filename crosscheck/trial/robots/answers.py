@@ -41,6 +41,7 @@ RESTATED = 1e-9  # relative tolerance between friction of the equations and of t
 HERE, AGAIN = "here", "again"  # the states, and the same a second time in the other order
 NONLINEAR = "nonlinear effects"  # C v + gravity: what a bias is that counts the weights
 SPEEDS = (1.0, -1.0, 2.0, 0.0)  # factors on each state's rates at which the bias is evaluated
+ARGUMENTS = ("x", "v", "a", "torque")  # what functions call the arrays of RandomStates
 BY_RATES = ("bias", "coriolis", "inverse_dynamics")  # parts that give the bias
 Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that accelerates alone
 Blocks = dict[Block, np.ndarray]  # answers of a function to each block of states
@@ -110,8 +111,7 @@ class Friction:
 
     def torques(self, v: np.ndarray) -> np.ndarray:
         """Friction torque at rates v (states, n), which the motors overcome."""
-        taken: np.ndarray = self.viscous * v + self.coulomb * np.sign(v)
-        return taken
+        return self.viscous * v + self.coulomb * np.sign(v)
 
 
 def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
@@ -200,8 +200,7 @@ def _find_functions(name: str) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
 
     Forked workers know the registry's entries.
     """
-    calls: tuple[Mapping[str, Any], Mapping[str, Any]] = vars(MODELS[name].made)["calls"]
-    return calls
+    return vars(MODELS[name].made)["calls"]
 
 
 def ask(
@@ -312,16 +311,10 @@ def call_functions(
 
 def make_part_task(name: str, part: str, blocks: Sequence[RandomStates]) -> PartTask:
     """The task of a function of the supplied equations at blocks of states."""
-    q, v, a, torques = (np.concatenate(rows) for rows in zip(*blocks, strict=True))
-    argument_values = {
-        "x": q,
-        "v": v,
-        "a": a,
-        "torque": torques,
-        "t": np.linspace(0.0, 1.0, len(q)),
-    }
-    arguments = {argument: argument_values[argument] for argument in TAKES[part]}
-    return PartTask(name, part, q.shape[1], arguments)
+    given = dict(zip(ARGUMENTS, map(np.concatenate, zip(*blocks, strict=True)), strict=True))
+    count, size = given["x"].shape
+    given["t"] = np.linspace(0.0, 1.0, count)
+    return PartTask(name, part, size, {argument: given[argument] for argument in TAKES[part]})
 
 
 def make_blocks(part: str, states: RandomStates, sizes: RobotSizes) -> dict[Block, RandomStates]:

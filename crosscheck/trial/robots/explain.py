@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
+from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import join_words, list_first
 from crosscheck.trial.changes.numbers import ALIKE
@@ -20,7 +20,6 @@ from crosscheck.trial.changes.search import (
     name_causes,
 )
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.judge.entries import (
     PART_TITLES,
     EntryMismatch,
@@ -31,15 +30,16 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
+from crosscheck.trial.robots.consistency import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.forms import (
     describe_accelerations,
+    describe_angle_sum,
     describe_asymmetry,
     describe_friction,
     describe_pieces,
     format_factor,
 )
 from crosscheck.trial.robots.judge import SINGLE, RobotProblem, select_entry
-from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings, is_nearer_absolute
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
@@ -75,7 +75,9 @@ def diagnose(
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
-    notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
+    notes = list(_self_notes(problem, level, wrong))
+    agreeing = [each.level for each in distances if not each.entries]
+    notes += [f"all parts agree with {each}, not with {problem.stated}" for each in agreeing]
     notes += _lone_part_notes(entries, wrong, right)
     if not explanations and (largest := entries[0].share) < ROUNDED:
         digits = int(-np.log10(largest)) + 1
@@ -199,12 +201,6 @@ def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
     return len(wrong) > 1 or not (set(problem.parts) & set(SINGLE)) - set(wrong)
 
 
-def _level_notes(problem: RobotProblem, distances: Sequence[LevelDistance]) -> list[str]:
-    """The sentence that equations are of another level than the one that they state."""
-    levels = [each.level for each in distances if not each.entries]
-    return [f"all parts agree with {level}, not with {problem.stated}" for level in levels]
-
-
 def _wrong_parts(entries: Sequence[EntryMismatch]) -> list[str]:
     """The parts that are wrong, without those that M, bias and gravity make, if these are wrong."""
     parts = list(dict.fromkeys(entry.part for entry in entries))
@@ -257,8 +253,7 @@ def describe_ratio(
 
 def _compute_difference(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
     """Yours less right (states, ...)."""
-    difference: np.ndarray = problem.answers.values[part] - problem.reference_values[level][part]
-    return difference
+    return problem.answers.values[part] - problem.reference_values[level][part]
 
 
 def _lone_part_notes(
@@ -278,7 +273,6 @@ def _lone_part_notes(
 def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterator[str]:
     """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms."""
     sizes, few = problem.sizes[level], slice(len(terms.rest))
-    states = RandomStates(*(each[few] for each in problem.states))
     size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
     names, difference = problem.names, _compute_difference(problem, level, "bias")
@@ -287,13 +281,13 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
     if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
         yield from (words for words, _ in by_friction)
         return
-    left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(states.v))
+    left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(problem.states.v[few]))
     if (left > rounding).any():
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone"
-    linear = np.einsum("sij,sj->si", terms.linear, states.v)
+    linear = np.einsum("sij,sj->si", terms.linear, problem.states.v[few])
     by_friction = list(describe_friction(problem, level, "bias", linear))
     yield from (words for words, _ in by_friction)
     yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
@@ -303,9 +297,7 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
         yield f"wrong terms: {list_first(others)}"
 
 
-def _self_notes(
-    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], wrong: Sequence[str]
-) -> Iterator[str]:
+def _self_notes(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> Iterator[str]:
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
     if words := describe_asymmetry(problem, level):
         yield words
@@ -350,7 +342,7 @@ def _describe_products(
     problem: RobotProblem, level: Level, user_terms: BiasTerms
 ) -> tuple[list[str], list[str]]:
     """Sentences on products of rates that are wrong, in the same way as one; those without."""
-    states = RandomStates(*(each[: len(user_terms.rest)] for each in problem.states))
+    states = problem.states.first(len(user_terms.rest))
     reference_terms = sample_bias_terms(AnalyticRobot(problem.robot, level).bias, states)
     with_weights = problem.answers.sources["bias"] in WITH_WEIGHTS
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names

@@ -304,8 +304,7 @@ class RobotProblem:
 def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     """An entry of a part (states, ...) at all states, (states,)."""
     index: tuple[Any, ...] = (slice(None), *place)
-    entry: np.ndarray = values[index]
-    return entry
+    return values[index]
 
 
 def compute_sizes_by_level(

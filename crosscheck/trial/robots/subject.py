@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from crosscheck.registry import Entry, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.robots import map_calls, place_states, read_frame
+from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls, place_states
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.loading import require_robot_equations
 from crosscheck.trial.judge.entries import LevelDistance
@@ -45,19 +44,17 @@ from crosscheck.trial.robots.answers import (
 from crosscheck.trial.robots.consistency import (
     FEW_STATES,
     SOURCES,
+    BiasTerms,
     SlopeSides,
     compare_with_itself,
+    compute_bias_terms,
+    make_rate_states,
     make_slope_states,
+    select_rate_states,
 )
 from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import Rates, diagnose
 from crosscheck.trial.robots.judge import SINGLE, RobotProblem, compute_sizes_by_level
-from crosscheck.trial.robots.rates import (
-    BiasTerms,
-    compute_bias_terms,
-    make_rate_states,
-    select_rate_states,
-)
 from crosscheck.trial.trial import RunTrial, TrialSubject
 
 
@@ -173,18 +170,14 @@ def prepare_questions(request: TrialRequest) -> RobotQuestions:
     motors, calls = bind_functions(equations, robot)
     table = equations.table
     again = calls if table is None else bind_functions(replace(table.again, table=table), robot)[1]
-    frame = read_frame(equations.coordinates, robot, name)
-    functions: list[dict[str, Any]] = [dict(calls), dict(again)]
+    frame = build_robot_frame(equations.coordinates, robot, name)
     states = draw_states(robot, QUICK_STATES if request.quick else STATES, request.seed, motors)
-    if frame is not None:
-        functions = [map_calls(each, frame, name) for each in functions]
-        states = place_states(states, frame)
+    states = place_states(states, frame)
     sizes = compute_sizes_by_level(robot, equations.level, states)
     level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
-    entry = make_robot_entry(*functions)
-    return RobotQuestions(
-        name, robot, entry, motors, states, sizes, level, is_mapped=frame is not None
-    )
+    entry = make_robot_entry(*(map_calls(each, frame, name) for each in (calls, again)))
+    is_mapped = not frame.is_identity
+    return RobotQuestions(name, robot, entry, motors, states, sizes, level, is_mapped)
 
 
 def _ask_bias_terms(

@@ -224,13 +224,9 @@ def _read_mat(where: str, content: bytes, allowed: TableColumns) -> dict[str, np
 
 def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
     """Those variables of a MAT file, v5 or v7.3, that answers may have. Raises InputError."""
-    allowed_names = (
-        ROW,
-        *SHORT.values(),
-        *(LETTERS.get(argument, argument) for argument in ARGUMENTS),
-    )
+    names = {ROW, *SHORT.values(), *(LETTERS.get(each, each) for each in ARGUMENTS)}
     try:
-        return read_arrays(content, set(allowed_names).intersection, as_matlab=True)
+        return read_arrays(content, names.intersection, as_matlab=True)
     except TooManyNumbers:
         reason = f"holds more than {MOST_NUMBERS} numbers"
         raise InputError(where, "", None, reason) from None

@@ -139,8 +139,8 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -
         if law.switches != problem.case.switches:
             parts: dict[str, Any] = {"has_gravity": problem.has_gravity, "columns": arm.columns}
             terms = build_reference_terms(frame, law.arm, law.switches, **parts)
-        states, convention = arm.force_states, law.convention
-        signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
+        made_of = law.arm, frame.layout, law.switches, arm.states
+        signals = compute_signals(*made_of, law.is_absolute, law.rate_factor)
         effect = (evaluate(terms, signals) - right)[target.states]
         if effect.any():  # laws that do the same here are others elsewhere
             effects, texts = np.array([effect, number * effect]), (law.yours, law.right)
@@ -164,12 +164,8 @@ def _explain_parts(
         group = [replace(each, explanation=explanations.get(each.place)) for each in group]
         if len(_collect_errors(group)) != 1 or not all(wrong.explanation for wrong in group):
             explanations |= _explain_part(arms, [wrong.place for wrong in group])
-    return [
-        wrong
-        if wrong.shown_on
-        else replace(wrong, explanation=explanations.get(wrong.place, wrong.explanation))
-        for wrong in wrong_entries
-    ]
+    pairs = ((each, explanations.get(each.place, each.explanation)) for each in wrong_entries)
+    return [replace(each, explanation=explanation) for each, explanation in pairs]
 
 
 def _prefer_shared_errors(

@@ -14,10 +14,10 @@ from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.trial.arms.questions import StateQuestion, VerificationProblem
 from crosscheck.trial.changes.arms import segments
 from crosscheck.trial.changes.arms.letters import collect_arm_values
-from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
+from crosscheck.trial.changes.arms.mesh_forces import compute_signals
 from crosscheck.trial.changes.arms.waves import FOLLOWS, WaveBasis, list_keys, minimum_state_count
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.coordinates.states import UserState, stack_states
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
 
@@ -37,7 +37,6 @@ class EntryComparison:
 
     problem: VerificationProblem
     level: str
-    results: Results
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
     letters: np.ndarray | None = None
@@ -48,15 +47,10 @@ class EntryComparison:
         """The frame of the coordinates."""
         return self.problem.frame
 
-    @property
-    def states(self) -> Sequence[UserState]:
-        """The states at which both were asked."""
-        return self.problem.states
-
     @cached_property
-    def rates(self) -> np.ndarray:
-        """Rates of the coordinates at the states (K, n)."""
-        return np.array([state.u for state in self.states])
+    def states(self) -> UserState:
+        """The states at which both were asked, K of them, as arrays."""
+        return stack_states(self.problem.states)
 
     @property
     def sizes(self) -> NaturalSizes:
@@ -128,22 +122,16 @@ class EntryComparison:
     @cached_property
     def angles(self) -> np.ndarray:
         """Joint angles at the states (K, joints)."""
-        return np.array([state.q[self.frame.layout.theta] for state in self.states])
-
-    @cached_property
-    def force_states(self) -> ForceStates:
-        """What forces depend on at the states."""
-        t, q, v, torque = (np.array([state[k] for state in self.states]) for k in (0, 3, 4, 5))
-        return ForceStates(t, q, v, torque)
+        return self.states.q[:, self.frame.layout.theta]
 
     @cached_property
     def signals(self) -> dict[str, np.ndarray]:
         """Torques, mesh forces and rates at the states."""
         arm: Arm = self.problem.case.arm
         layout, chosen = self.frame.layout, self.problem.case.switches
-        signals = compute_signals(arm, layout, chosen, self.force_states)
+        signals = compute_signals(arm, layout, chosen, self.states)
         return signals | {
-            segments.rate_name(name): self.rates[:, k] for k, name in enumerate(self.frame.names)
+            segments.rate_name(name): self.states.u[:, k] for k, name in enumerate(self.frame.names)
         }
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
@@ -234,7 +222,7 @@ def compare_entries(problem: VerificationProblem, level: str, results: Results) 
         answer = results.get(problem.ask_equations("bias"))
         right = problem.find_right(level, "bias")
         whole = None if answer is None or right is None else (answer, right)
-    return EntryComparison(problem, level, results, user_values, reference_values, whole_bias=whole)
+    return EntryComparison(problem, level, user_values, reference_values, whole_bias=whole)
 
 
 def ask_and_compare(

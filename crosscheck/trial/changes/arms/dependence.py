@@ -129,12 +129,8 @@ class Dependence:
         """The numbers, those that go with a driver so marked: its change alone is not followed."""
         arm = self.comparison.problem.case.arm
         loose = {each.name for each in numbers if each.parts}
-        all_loose = {
-            driver: {
-                n: power for n, power in find_natural_powers(arm, driver).items() if n in loose
-            }
-            for driver in drivers
-        }
+        natural = {driver: find_natural_powers(arm, driver).items() for driver in drivers}
+        all_loose = {driver: {n: p for n, p in natural[driver] if n in loose} for driver in drivers}
         # All that may go with a driver, as a rule does; else the fewest that do.
         settled = self._find_agreeing_choices(list(all_loose.items()))
         fewer = [

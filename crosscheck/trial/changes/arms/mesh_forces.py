@@ -18,44 +18,24 @@ from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.changes.arms.segments import list_meshes
+from crosscheck.trial.coordinates.states import UserState
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
 SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")
-
-
-class ForceStates(NamedTuple):
-    """States at which forces are asked: t (K,), layout's q and v (K, n), torque (K, joints)."""
-
-    t: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    torque: np.ndarray
-
-
-class MeshConvention(NamedTuple):
-    """Another law of the phases of all meshes than any switch has.
-
-    absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
-    one.
-    """
-
-    absolute: bool = False
-    rate_factor: np.ndarray | float = 1.0
-
-
-USUAL = MeshConvention()
 
 
 def compute_signals(
     arm: Arm,
     layout: Layout,
     chosen: Switches,
-    states: ForceStates,
-    convention: MeshConvention = USUAL,
+    states: UserState,
+    is_absolute: bool = False,
+    rate_factor: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s], (K,).
 
-    The user's rates, ``rate_name`` of each coordinate, are added by the caller.
+    states: K of them, as arrays; is_absolute, rate_factor: as in ForceVariant. The user's rates,
+    ``rate_name`` of each coordinate, are added by the caller.
     """
     signals = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
     data, meshes = build_gears(arm, layout, chosen), list_meshes(arm, layout)
@@ -63,9 +43,9 @@ def compute_signals(
     of_two = data.subtract_index >= 0
     x, rate = (each[:, data.x_index] - of_two * each[:, data.subtract_index] for each in (q, v))
     turned = np.array((q, v))
-    if convention.absolute:
+    if is_absolute:
         turned[:, :, layout.theta] = turned[:, :, layout.theta].cumsum(axis=2)
-    rates = data.rate * convention.rate_factor
+    rates = data.rate if rate_factor is None else data.rate * rate_factor
     phase = mesh_phase(data.phase, rates, data.offset, clock, *turned[:, :, data.theta])
     gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
     in_contact = is_in_contact(gap, data.b)
@@ -77,19 +57,18 @@ def compute_signals(
         if chosen.damping == "contact":
             signals[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
         if chosen.mesh_work == "conservative":
-            slopes = (
-                stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
-                data.E[i] * np.cos(phase[:, i] + data.error_phase[i]),
-            )
-            on_phase = phase_force(gap[:, i], k, *slopes, data.b[i])
+            k_slope = stiffness_slope(data.law, i, phase[:, i], data.k_a[i])
+            error_slope = data.E[i] * np.cos(phase[:, i] + data.error_phase[i])
+            on_phase = phase_force(gap[:, i], k, k_slope, error_slope, data.b[i])
             signals[mesh.work] = data.planets[i] * data.rate[i] * on_phase
     return signals
 
 
 class ForceVariant(NamedTuple):
-    """Another law that a user's force may follow: its arm, switches and convention.
+    """Another law that a user's force may follow: its arm and switches, and the meshes' phases.
 
-    yours, right: what that law is, and in place of which; meshes: where, '' for all.
+    yours, right: what that law is, and in place of which; meshes: where, '' for all; is_absolute:
+    whether phases go by absolute link angles; rate_factor: phases faster by factors (meshes,).
     """
 
     yours: str
@@ -97,12 +76,14 @@ class ForceVariant(NamedTuple):
     meshes: str
     arm: Arm
     switches: Switches
-    convention: MeshConvention = USUAL
+    is_absolute: bool = False
+    rate_factor: np.ndarray | None = None
 
     @property
     def words(self) -> str:
         """What is another by this law."""
-        of = "phase of mesh force" if self.convention is not USUAL else "mesh force"
+        has_phase = self.is_absolute or self.rate_factor is not None
+        of = "phase of mesh force" if has_phase else "mesh force"
         return f"{of} {self.meshes}".strip()
 
 
@@ -148,13 +129,12 @@ def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[For
     """Laws by absolute angles; by the teeth of another gear, at all meshes or a single one."""
     later = ", ".join(f"theta_{joint + 1}" for joint in layout.mesh_joints if joint)
     if later:
-        absolute = MeshConvention(absolute=True)
-        yield ForceVariant("the absolute angle", f"the joint's {later}", "", arm, chosen, absolute)
+        yield ForceVariant("the absolute angle", f"the joint's {later}", "", arm, chosen, True)
     meshes = list_meshes(arm, layout)
     joints: list[Any] = [arm.joints[mesh.joint] for mesh in meshes]  # planetary, as they mesh
     for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
         faster = np.array([float(getattr(joint, field) / joint.ring_teeth) for joint in joints])
-        yield ForceVariant(teeth, "z_r", "", arm, chosen, MeshConvention(rate_factor=faster))
+        yield ForceVariant(teeth, "z_r", "", arm, chosen, rate_factor=faster)
 
 
 def _change_meshes(

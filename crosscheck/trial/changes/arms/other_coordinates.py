@@ -55,7 +55,10 @@ def find_readings(
     joints = replace(joints, names=names, ratios=np.array(ratios))
     relative = linear_reading("relative", "relative angles", np.eye(size))
     simple = [relative, *list_readings(joints)]
-    stated = [each for each in simple if _is_stated(each, matrix)]
+    stated, others = list[Reading](), list[Reading]()
+    for each in simple:
+        is_stated = not each.offset.any() and np.array_equal(each.position, matrix)
+        (stated if is_stated else others).append(each)
     for name in problem.levels:
         robot, level = robots[name]
         for signs in ((1, 1, 1), (-1, -1, 1), (-1, 1, 1), (1, -1, 1)):
@@ -63,7 +66,6 @@ def find_readings(
                 # The residual is within tolerance, or gravity's sign is wrong: a commoner error
                 # than all senses reversed, which forces alone cannot distinguish from it.
                 return "", []
-    others = [each for each in simple if not _is_stated(each, matrix)]
     for name in problem.levels:
         if readings := select(*robots[name], others):
             return name, select_first_kind(readings)
@@ -94,7 +96,3 @@ def _build_robot_problem(
     answers = RobotAnswers(few, {}, {}, None, {}, weightless=False, driven=problem.has_gravity)
     asked = RandomStates(x, u, 0 * x, torques)
     return RobotProblem(problem.name, robot, asked, {}, answers, level)
-
-
-def _is_stated(reading: Reading, matrix: np.ndarray) -> bool:
-    return not reading.offset.any() and np.array_equal(reading.position, matrix)

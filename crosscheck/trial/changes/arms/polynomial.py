@@ -85,8 +85,7 @@ class Polynomial:
         return result
 
     def __neg__(self) -> Polynomial:
-        product: Polynomial = self * -1
-        return product
+        return self * -1
 
     def __sub__(self, other: Any) -> Any:
         return self + -1 * as_polynomial(other)

@@ -122,7 +122,8 @@ def build_reference_terms(
     has_gravity: whether the weights are a part of their own, with the opposite sign, and not in the
     force; columns: dq/dx as ``find_columns`` finds it. Raises ValueError if the map is not linear.
     """
-    chain, bodies = build_letter_bodies(frame.layout, arm, level)
+    chain, is_geared = build_letter_chain(arm, frame.layout), bool(frame.layout.mesh_joints)
+    bodies = build_bodies(chain) if is_geared else rigid_bodies(chain, level or "coupled")
     columns = find_columns(frame, arm) if columns is None else columns
     turns = columns[frame.layout.theta]
     parts = [
@@ -137,14 +138,6 @@ def build_reference_terms(
     turns, values = np.vectorize(as_polynomial, [object])(turns), collect_arm_values(arm)
     angles = np.array([[entry.value(values) for entry in row] for row in turns])
     return ReferenceTerms(frame.names, turns, angles, entries)
-
-
-def build_letter_bodies(layout: Layout, arm: Arm, level: str) -> tuple[Chain, list[Body]]:
-    """The chain in letters, and the bodies of a geared model or of a rigid one at a level."""
-    chain = build_letter_chain(arm, layout)
-    return chain, build_bodies(chain) if layout.mesh_joints else rigid_bodies(
-        chain, level or "coupled"
-    )
 
 
 def find_columns(frame: Frame, arm: Arm) -> np.ndarray:
@@ -224,8 +217,7 @@ def derive_bias(
 
     @cache
     def differentiate(wave: AngleSum) -> np.ndarray:
-        slopes: np.ndarray = np.array(wave, dtype=object) @ turns
-        return slopes
+        return np.array(wave, dtype=object) @ turns
 
     for place, key, coefficient in mass:
         i, j = place.index
@@ -366,10 +358,9 @@ def _shorten(entry: Polynomial) -> Polynomial:
 
 
 def evaluate_wave(key: TermKey, angles: np.ndarray, unit: float = 1.0) -> np.ndarray:
-    """The cosine or sine (K,) at joint angles (K, joints), each multiplied by a unit."""
+    """The cosine or sine (...) at joint angles (..., joints), each multiplied by a unit."""
     angle = unit * (angles @ np.array(key.wave, dtype=float))
-    wave: np.ndarray = np.sin(angle) if key.function == "sin" else np.cos(angle)
-    return wave
+    return np.sin(angle) if key.function == "sin" else np.cos(angle)
 
 
 def evaluate_entry(

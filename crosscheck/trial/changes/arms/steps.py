@@ -124,7 +124,7 @@ def build_change_problem(arm: EntryComparison, parts: Sequence[Part]) -> ChangeP
     robot, level = build_level_robots(arm.problem.case.arm)[arm.level or "carriers"]
     matrix, theta = arm.frame.matrix, arm.frame.layout.theta
     assert matrix is not None  # else there are no terms
-    few, u = slice(STATES), arm.rates[:STATES]
+    few, u = slice(STATES), arm.states.u[:STATES]
     v, still = u @ matrix[theta].T, np.zeros_like(arm.angles[few])
     values, right, sizes = dict[str, Any](), dict[str, Any](), dict[str, Any]()
     quantities = {find_part(each): each for each in arm.user_values}
@@ -151,7 +151,7 @@ def build_change_problem(arm: EntryComparison, parts: Sequence[Part]) -> ChangeP
             arm.angles[few],
             v,
             still,
-            arm.force_states.torque[few] - v * robot.friction if is_pushed else still,
+            arm.states.torque[few] - v * robot.friction if is_pushed else still,
         ),
         values=values,
         right=right,

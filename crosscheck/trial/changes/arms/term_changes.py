@@ -47,17 +47,6 @@ MULTIPLES = 3  # number of multiples of a letter, the last of its forms
 MOST_TERMS = 4  # terms that are written out
 
 
-class TermSample(NamedTuple):
-    """Where terms are evaluated on one arm, whose quantities by name are values.
-
-    angles (R, joints): joint angles; signals (R,) by name.
-    """
-
-    values: Mapping[str, float]
-    angles: np.ndarray
-    signals: Mapping[str, np.ndarray]
-
-
 class TermChange(NamedTuple):
     """A change of terms.
 
@@ -83,7 +72,10 @@ class Target:
     Args:
         terms: The terms of all entries.
         place: The entry.
-        samples: Where terms are evaluated, with one arm more at the end, of unrelated numbers.
+        values: The quantities' numbers by name, (A,) each; at the end those of one arm more, which
+            are unrelated, at the states of the first.
+        angles: Joint angles at the states (A, R, joints).
+        signals: Torques, mesh forces and rates there by name, (A, R) each.
         difference: What changes must make on each arm but the last (A - 1, R).
         tolerance: What these may be off (A - 1, R).
         keys: Waves and signals that may stand where others belong.
@@ -93,7 +85,9 @@ class Target:
 
     terms: ReferenceTerms
     place: EntryPlace
-    samples: Sequence[TermSample]
+    values: Values
+    angles: np.ndarray
+    signals: Mapping[str, np.ndarray]
     difference: np.ndarray
     tolerance: np.ndarray
     keys: Sequence[TermKey]
@@ -106,15 +100,9 @@ class Target:
         return self.terms.entry(self.place)
 
     @cached_property
-    def values(self) -> Values:
-        """The quantities' numbers, (A,) each."""
-        names = self.samples[0].values
-        return {name: np.array([each.values[name] for each in self.samples]) for name in names}
-
-    @cached_property
     def coefficients(self) -> np.ndarray:
         """The number before the wave of each term, (P, A)."""
-        arms = len(self.samples)
+        arms = len(self.angles)
         numbers = [product.monomial.value(self.values) + np.zeros(arms) for product in self.rows]
         return np.array(numbers).reshape(len(self.rows), arms)
 
@@ -131,11 +119,8 @@ class Target:
         """A wave or signal (A, R), its angle multiplied by a unit."""
         at = key, unit
         if at not in self._kept_columns:
-            columns = []
-            for sample in self.samples:
-                wave = evaluate_wave(key, sample.angles, unit)
-                columns.append(wave * sample.signals[key.signal] if key.signal else wave)
-            self._kept_columns[at] = np.array(columns)
+            wave = evaluate_wave(key, self.angles, unit)
+            self._kept_columns[at] = wave * self.signals[key.signal] if key.signal else wave
         return self._kept_columns[at]
 
     def list_changes(self) -> list[TermChange]:
@@ -167,8 +152,7 @@ class Target:
         keys = [product.key for product in self.rows]
         numbers = np.array([keys.index(key) for key in keys])
         low = np.where(masks, numbers, len(keys)).min(axis=1)
-        single: np.ndarray = low == np.where(masks, numbers, -1).max(axis=1)
-        return single
+        return low == np.where(masks, numbers, -1).max(axis=1)
 
     def _collect(self, name: Any) -> dict[Any, np.ndarray]:
         """Masks of the terms with each of their names."""
@@ -184,13 +168,14 @@ class Target:
         Each; all; of one wave or letter; of a joint's masses.
         """
         by_key = self._collect(lambda product: (product.key,))
-        by_letter = self._collect(_find_letters)
+        by_letter = self._collect(lambda product: product.letters)
         shared = [a & b for a in by_letter.values() for b in by_key.values()]
         shared += self._collect(_find_assemblies).values()
-        weights = [mask for mask in self._collect(_find_weight).values() if mask.sum() > 1]
+        pulls = set(STEMS_BY_QUANTITY["gravity"])
+        weights = np.array([not pulls.isdisjoint(product.letters) for product in self.rows])
         groups = [
             *((mask, 0.0, "") for mask in np.eye(len(self.rows), dtype=bool)),
-            *((mask, 0.01, WEIGHT) for mask in weights),
+            *([(weights, 0.01, WEIGHT)] if weights.sum() > 1 else []),
             (np.ones(len(self.rows), dtype=bool), 0.02, ""),
             *((mask, 0.04, "") for mask in by_key.values()),
             *((mask, 0.06, "") for mask in by_letter.values()),
@@ -204,13 +189,12 @@ class Target:
         Factors; letters by others; waves and signals by others; units of angles.
         """
         whole = self.coefficients[..., None] * self.waves
-        every, letters = np.ones(len(self.rows), dtype=bool), self._collect(_find_letters)
+        every, letters = np.ones(len(self.rows), bool), self._collect(lambda row: row.letters)
 
         def multiply(ratio: Any, powers: Any = 1.0) -> np.ndarray:
             """Effects of a ratio (A,) to powers (P,) or one."""
             raised = np.asarray(ratio) ** np.reshape(powers, (-1, 1)) - 1
-            effects: np.ndarray = raised[..., None] * whole
-            return effects
+            return raised[..., None] * whole
 
         for kind, by, cost in PLAIN:
             yield TermChange(kind, (), multiply(by), cost, by=by), every
@@ -253,7 +237,8 @@ class Target:
         """
         value = self.values[name]
         powers = np.array([dict(product.monomial.powers).get(name, 0) for product in self.rows])
-        sizes, alternatives = set(powers[mask].tolist()), list(self._list_alternatives(name))
+        sizes, given = set(powers[mask].tolist()), (name, self.values)
+        alternatives = [*generate_alternatives(*given), *generate_forms(*given)]
         # Of one power throughout, a multiple of the letter is but a factor of the terms.
         for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
             yield other, name, other.value / value, powers
@@ -265,19 +250,6 @@ class Target:
                 text, cost = f"{other.text} {fewer}".strip(), other.cost + 0.15
                 ratio = other.value / value
                 yield Alternative(text, other.value, cost), right, ratio, step * (powers != 0)
-
-    def _list_alternatives(self, name: str) -> Iterator[Alternative]:
-        yield from generate_alternatives(name, self.values)
-        yield from generate_forms(name, self.values)
-
-
-def _find_weight(product: Product) -> Iterator[str]:
-    if any(parse_letter(name).stem in STEMS_BY_QUANTITY["gravity"] for name in product.letters):
-        yield WEIGHT
-
-
-def _find_letters(product: Product) -> tuple[str, ...]:
-    return product.letters
 
 
 def _find_geared_joints(product: Product) -> Iterator[int]:

@@ -17,7 +17,7 @@ from crosscheck.trial.changes.arms.letters import (
 )
 from crosscheck.trial.changes.arms.polynomial import Monomial, Number
 from crosscheck.trial.changes.arms.segments import EntryTerms, Product, TermKey
-from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange, TermSample
+from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange
 from crosscheck.trial.changes.arms.waves import list_keys
 from crosscheck.trial.changes.pairs import rank_pairs
 from crosscheck.trial.judge.entries import EntryPlace, ErrorKind
@@ -222,17 +222,15 @@ def _make_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
     worst = int(np.abs(differences[0][:count]).argmax())
     few = np.unique([*range(min(count, half)), *range(max(count - half, 0), count), worst])
     present = [n for n in arms[0].values if any(each.values[n] for each in arms)]
-    samples = [
-        TermSample(
-            {name: arm.values[name] for name in present},
-            arm.angles[few],
-            {name: signal[few] for name, signal in arm.signals.items()},
-        )
-        for arm in arms
-    ]
-    samples.append(samples[0]._replace(values=draw_unrelated_values(present)))
+    unrelated, sides = draw_unrelated_values(present), [*arms, arms[0]]
+    numbers = [*(arm.values for arm in arms), unrelated]
+    values = {name: np.array([each[name] for each in numbers]) for name in present}
+    angles = np.array([arm.angles[few] for arm in sides])
+    names = arms[0].signals
+    signals = {name: np.array([arm.signals[name][few] for arm in sides]) for name in names}
     terms = terms.drop_letters({*arms[0].values} - {*present})
     goals = np.array([difference[few] for difference in differences])
     allowed = FITS * np.abs(goals).max(axis=1) + [arm.noise(place) for arm in arms]
-    keys, tolerance = list_keys(terms, arms[0].signals, place.part), allowed[:, None] + 0 * goals
-    return Target(terms, place, samples, goals, tolerance, keys, states=few)
+    keys, tolerance = list_keys(terms, names, place.part), allowed[:, None] + 0 * goals
+    at = values, angles, signals
+    return Target(terms, place, *at, goals, tolerance, keys, states=few)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 from fractions import Fraction
 from typing import Literal
@@ -236,23 +236,14 @@ def name_entry(wrong: EntryMismatch, names: Sequence[str], causes: Sequence[str]
     return replace(wrong, name=format_entry(wrong.place, names), guess=words)
 
 
-def describe_entries(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
-    """Errors, one line each, however many entries they appear in; those explained first."""
-    yield from _describe_groups(wrong, explained=True)
-    yield from describe_entry_notes(wrong)
-
-
-def describe_unexplained(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
-    """Entries that no change of their terms explains, one line for those that are alike."""
-    yield from _describe_groups(wrong, explained=False)
-
-
-def _describe_groups(wrong: Sequence[EntryMismatch], *, explained: bool) -> Iterator[str]:
-    """Entries with the same error: what is wrong in the first one, and where else it is."""
+def describe_entries(wrong: Sequence[EntryMismatch]) -> tuple[list[str], list[str]]:
+    """Errors, one line each, however many entries they appear in: those explained; the others."""
+    explained, unexplained = list[str](), list[str]()
     for first, *others in group_by_errors([each for each in wrong if not each.notes]):
-        if bool(first.explanation) == explained:
-            also = f"; also in {', '.join(each.name for each in others)}" if others else ""
-            yield f"{first.name}: {first.cause}{also}"
+        also = f"; also in {', '.join(each.name for each in others)}" if others else ""
+        lines = explained if first.explanation else unexplained
+        lines.append(f"{first.name}: {first.cause}{also}")
+    return [*explained, *describe_entry_notes(wrong)], unexplained
 
 
 def describe_point_masses(points: Sequence[str]) -> str:
