@@ -21,7 +21,7 @@ from crosscheck.models.errors import PROGRAM, format_line
 
 NAME = "geararm-crosscheck"
 OTHERS_READ, OTHERS_WRITE = 0o077, 0o022  # permissions of group and others
-CHECKSUM = 32  # length of the SHA-256 at the begin of a kept file of code [bytes]
+CHECKSUM = 32  # length of the SHA-256 at the begin of a kept file [bytes]
 
 
 class PrivacyError(PermissionError):
@@ -108,19 +108,18 @@ def read_private(path: Path, largest: int) -> bytes:
     link, and file and folder are the user's own, which nobody else may write.
     """
     with require_private(path) as handle, open(handle, "rb", closefd=False) as file:
-        content = file.read(largest + 1)
-    if len(content) > largest:
-        raise ValueError(f"more than {largest // 1_000_000} MB")
-    return content
+        if os.fstat(handle).st_size > largest:
+            raise ValueError(f"more than {largest // 1_000_000} MB")
+        return file.read()
 
 
 def seal(path: Path, data: bytes) -> bytes:
-    """Code to be kept under the name of a path, behind a checksum of both."""
+    """Content to be kept under the name of a path, behind a checksum of both."""
     return hashlib.sha256(path.name.encode() + data).digest() + data
 
 
 def read_sealed(path: Path, largest: int) -> bytes | None:
-    """The code in a kept file; None if it is missing or, with a line on stderr, damaged.
+    """The content of a kept file; None if it is missing or, with a line on stderr, damaged.
 
     Half a file, a changed one and one of another name are not.
     """
@@ -134,9 +133,14 @@ def read_sealed(path: Path, largest: int) -> bytes | None:
         return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
+    report_unfit(path, reason)
+    return None
+
+
+def report_unfit(path: Path, reason: str) -> None:
+    """Say on stderr that what a kept file holds cannot be used."""
     line = format_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
     print(line, file=sys.stderr)
-    return None
 
 
 @contextmanager
