@@ -26,7 +26,9 @@ from crosscheck.runner.progress_update import ProgressCallback
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
-LEAST_FACTOR = 1e-4  # on all ratios; coupling negligible at that is so at any ratio
+# Factors on all ratios: coupling that is negligible at the least is so at any, and none is larger
+# than the most, as of a joint without any torque.
+LEAST_FACTOR, MOST_FACTOR = 1e-4, 1e4
 
 
 @dataclass(frozen=True)
@@ -277,12 +279,13 @@ def _negligible_factor(linear: np.ndarray, square: np.ndarray) -> float:
     It is the largest root of NEGLIGIBLE k^2 = linear k + square, and of the same with a minus
     sign; 0 where it is below LEAST_FACTOR.
     """
+    linear, square = np.clip([linear, square], -1e100, 1e100)  # whose squares do not overflow
     factor = 0.0
     for sign in (1, -1):
         under_root = linear**2 + sign * 4 * NEGLIGIBLE * square
         roots = sign * linear + np.sqrt(np.maximum(under_root, 0.0))
         factor = max(factor, roots[under_root >= 0].max(initial=0.0) / (2 * NEGLIGIBLE))
-    return float(factor) if factor >= LEAST_FACTOR else 0.0
+    return float(min(factor, MOST_FACTOR)) if factor >= LEAST_FACTOR else 0.0
 
 
 def _compute_tip_costs(
