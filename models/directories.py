@@ -73,7 +73,7 @@ def prepare_cache_folder() -> Path:
 
 @lru_cache
 def prepare_code_folder(kind: str) -> Path:
-    """The folder in which compiled code of a kind is kept, in `own_folder` if possible.
+    """The folder in which compiled code of a kind is kept, in the cache folder if possible.
 
     What lies in a folder that others could write is removed. Raises OSError.
     """
@@ -145,7 +145,7 @@ def report_unfit(path: Path, reason: str) -> None:
 
 @contextmanager
 def require_private(path: Path) -> Iterator[int]:
-    """A descriptor of a file that is going to be executed; raises what `private_content` raises."""
+    """A descriptor of a file that is going to be executed; raises what `read_private` raises."""
     with (
         _open_private(path.parent, os.O_DIRECTORY) as folder,
         _open_private(path, os.O_NONBLOCK, folder) as handle,
