@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from crosscheck.analytic.model import AnalyticModel
 
 GROUP_SIZE = 4 * BLOCK_LANES  # members of a group: a processor works on several blocks at a time
-CHUNK = 2**20  # numbers of a chunk: 8 MB, beyond which an observer's call no longer counts
+CHUNK = 2**20  # numbers of a chunk: 8 MB, beyond which a call for each no longer counts
 
 
 class GroupedModel(SteppedModel, Protocol):

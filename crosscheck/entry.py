@@ -13,14 +13,14 @@ from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
 
 PROGRAM = "geararm-crosscheck"  # distribution whose own entry points are not foreign code
-COMMAND_S = 3600.0  # rough cost [s] of a package's command, see Patience
+COMMAND_S = 3600.0  # rough cost [s] of a package's command, see CpuTimeLimit
 
 
 @contextmanager
 def foreign_code(whose: str, cost: float = 5.0) -> Iterator[None]:
     """Run a package's code in this context. Raises InputError for whatever it raises.
 
-    whose: how the error line begins; cost: estimated [s], see Patience.
+    whose: how the error line begins; cost: estimated [s], see CpuTimeLimit.
     """
     try:
         with track_foreign_code(whose, cost):

@@ -90,17 +90,11 @@ class SpectralLine(NamedTuple):
 def largest_line(
     time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
 ) -> SpectralLine:
-    """The largest line of the values' spectrum, see ``find_largest_line``."""
-    return find_largest_line(*spectrum(time, values), above_hz, below_hz)
-
-
-def find_largest_line(
-    frequency: np.ndarray, amplitudes: np.ndarray, above_hz: float, below_hz: float = np.inf
-) -> SpectralLine:
     """The largest line from ``above_hz`` on, below ``below_hz``, refined by a parabola through it.
 
     Frequency and amplitude are nan if there is none.
     """
+    frequency, amplitudes = spectrum(time, values)
     band = window(frequency, above_hz, below_hz)
     if amplitudes[band].max(initial=0.0) == 0:
         return SpectralLine(np.nan, np.nan)

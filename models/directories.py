@@ -21,7 +21,7 @@ from crosscheck.models.errors import PROGRAM, format_line
 
 NAME = "geararm-crosscheck"
 OTHERS_READ, OTHERS_WRITE = 0o077, 0o022  # permissions of group and others
-CHECKSUM = 32  # length of the SHA-256 at the begin of a kept file of code [bytes]
+CHECKSUM = 32  # length of the SHA-256 at the begin of a kept file [bytes]
 
 
 class PrivacyError(PermissionError):
@@ -73,7 +73,7 @@ def prepare_cache_folder() -> Path:
 
 @lru_cache
 def prepare_code_folder(kind: str) -> Path:
-    """The folder in which compiled code of a kind is kept, in `own_folder` if possible.
+    """The folder in which compiled code of a kind is kept, in the cache folder if possible.
 
     What lies in a folder that others could write is removed. Raises OSError.
     """
@@ -108,19 +108,18 @@ def read_private(path: Path, largest: int) -> bytes:
     link, and file and folder are the user's own, which nobody else may write.
     """
     with require_private(path) as handle, open(handle, "rb", closefd=False) as file:
-        content = file.read(largest + 1)
-    if len(content) > largest:
-        raise ValueError(f"more than {largest // 1_000_000} MB")
-    return content
+        if os.fstat(handle).st_size > largest:
+            raise ValueError(f"more than {largest // 1_000_000} MB")
+        return file.read()
 
 
 def seal(path: Path, data: bytes) -> bytes:
-    """Code to be kept under the name of a path, behind a checksum of both."""
+    """Content to be kept under the name of a path, behind a checksum of both."""
     return hashlib.sha256(path.name.encode() + data).digest() + data
 
 
 def read_sealed(path: Path, largest: int) -> bytes | None:
-    """The code in a kept file; None if it is missing or, with a line on stderr, damaged.
+    """The content of a kept file; None if it is missing or, with a line on stderr, damaged.
 
     Half a file, a changed one and one of another name are not.
     """
@@ -134,14 +133,19 @@ def read_sealed(path: Path, largest: int) -> bytes | None:
         return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
+    report_unfit(path, reason)
+    return None
+
+
+def report_unfit(path: Path, reason: str) -> None:
+    """Say on stderr that what a kept file holds cannot be used."""
     line = format_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
     print(line, file=sys.stderr)
-    return None
 
 
 @contextmanager
 def require_private(path: Path) -> Iterator[int]:
-    """A descriptor of a file that is going to be executed; raises what `private_content` raises."""
+    """A descriptor of a file that is going to be executed; raises what `read_private` raises."""
     with (
         _open_private(path.parent, os.O_DIRECTORY) as folder,
         _open_private(path, os.O_NONBLOCK, folder) as handle,

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.analytic.derivation.forms import Form
-from crosscheck.analytic.derivation.symbols import geared_variables, parameter_values
+from crosscheck.analytic.derivation.symbols import geared_variables, rational_values
 from crosscheck.analytic.derivation.terms import AngleSums, Terms, indices
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
@@ -24,11 +24,7 @@ def build_form_terms(form: Form, arm: Arm) -> Terms:
 
     Raises ValueError if an entry is not of the shape that Terms describe.
     """
-    exact = {
-        symbol: sp.Rational(value.numerator, value.denominator)
-        for symbol, value in parameter_values(arm).items()
-    }
-    variables = geared_variables(len(arm.joints))
+    exact, variables = rational_values(arm), geared_variables(len(arm.joints))
     waves = AngleSums(len(form.q))
     mass, bias = _mass_terms(form, exact, waves), _bias_terms(form, exact, waves)
     mesh_map = _linear_map(form.force, variables.mesh_forces, exact)

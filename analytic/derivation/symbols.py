@@ -57,6 +57,12 @@ def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
     return values
 
 
+def rational_values(arm: Arm) -> dict[sp.Symbol, sp.Rational]:
+    """The same as SymPy has it: other types it converts anew."""
+    numbers = parameter_values(arm).items()
+    return {symbol: sp.Rational(*value.as_integer_ratio()) for symbol, value in numbers}
+
+
 def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
     """The symbols of every joint, geared or not."""
     stages: list[Stage | DirectStage] = []

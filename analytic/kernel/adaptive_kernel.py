@@ -20,7 +20,6 @@ from crosscheck.analytic.kernel import program as programs
 from crosscheck.analytic.kernel.batch import Records, contiguous_table, number_rows
 from crosscheck.analytic.kernel.program import Constants, Program, RecordMap, Rows, compile_program
 from crosscheck.analytic.kernel.structure import Structure
-from crosscheck.analytic.kernel.text.terms import TermStructure
 
 if TYPE_CHECKING:
     from crosscheck.analytic.kernel.batch import SteppedEquations, SteppedModel
@@ -266,22 +265,11 @@ MESH_SIZE_M, MESH_RATE_M_PER_S = 1e-4, 1e-1
 WORKS = 2  # integrals of a reference run: the work done, and the magnitude of its rate
 
 
-@lru_cache(maxsize=16)
-def build_precise_program(structure: Structure, record_map: RecordMap) -> Program:
-    """The kernel of a structure whose steps end where contacts change."""
-    return _build_program(structure, record_map, watched=not structure.tanh, works=0)
+@lru_cache(maxsize=32)
+def build_adaptive_program(structure: Structure, record_map: RecordMap, works: int = 0) -> Program:
+    """A kernel of steps of chosen length, which end where contacts change unless there are works.
 
-
-@lru_cache(maxsize=16)
-def build_reference_program(structure: TermStructure, record_map: RecordMap) -> Program:
-    """The kernel of a structure whose steps run over contacts, with the work of its forces."""
-    return _build_program(structure, record_map, watched=False, works=WORKS)
-
-
-def _build_program(
-    structure: Structure, record_map: RecordMap, *, watched: bool, works: int
-) -> Program:
-    """A kernel of steps of chosen length.
+    works: 0, or WORKS of a TermStructure, whose forces' work is integrated.
 
     Rows: the state (coordinates, rates, works), accelerations, mesh forces, gaps, edges of the
     backlash, where a step begins, rates of its stages and end, generalized forces where there are
@@ -308,7 +296,7 @@ def _build_program(
         "PUSHES": pushes,
         "RECORD": 3 * n + m + works,
         "LANES": 1,
-        "WATCHED": m if watched else 0,
+        "WATCHED": 0 if works or structure.tanh else m,
         "JOINTS": len(structure.driven_joints),
         "SHORTEST": SHORTEST,
     }
@@ -403,21 +391,19 @@ class AdaptiveRun(NamedTuple):
 
 def integrate_precisely(model: SteppedModel, rtol: float) -> AdaptiveRun:
     """A model's run whose steps end where contacts change."""
-    equations = model.equations
-    program = build_precise_program(equations.structure, equations.record_map())
-    return _integrate(model, equations, program, 0, rtol)
+    return _integrate(model, model.equations, 0, rtol)
 
 
 def integrate_reference(model: SteppedModel, equations: TermEquations, rtol: float) -> AdaptiveRun:
     """A model's run by the equations of its terms, steps over contacts, with the forces' work."""
-    program = build_reference_program(equations.structure, equations.record_map())
-    return _integrate(model, equations, program, WORKS, rtol)
+    return _integrate(model, equations, WORKS, rtol)
 
 
 def _integrate(
-    model: SteppedModel, equations: SteppedEquations, program: Program, works: int, rtol: float
+    model: SteppedModel, equations: SteppedEquations, works: int, rtol: float
 ) -> AdaptiveRun:
     scenario, structure = model.scenario, equations.structure
+    program = build_adaptive_program(structure, equations.record_map(), works)
     n, m = len(structure.coordinates), len(structure.meshes)
     state = np.concatenate([*map(equations.to_kernel, model.start()), np.zeros(works)])
     edges = model.edges

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.analytic.derivation.forms import Form, christoffel_bias
-from crosscheck.analytic.derivation.symbols import parameter_values, stage_symbols
+from crosscheck.analytic.derivation.symbols import rational_values, stage_symbols
 from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.energies import JOINTS, build_energies_form
 from crosscheck.analytic.paper.mesh_frequency import ring_behind_sun, sun_lag
@@ -203,7 +203,7 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
     Size: derived minus printed at theta = 0 and unit rates, forces and torques; its unit by whether
     rows and columns are displacements [m] or angles.
     """
-    at_zero = _exact_values(arm) | dict.fromkeys(derived.q, sp.S.Zero)
+    at_zero = rational_values(arm) | dict.fromkeys(derived.q, sp.S.Zero)
     for difference in differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
         size = _number(difference.derived - difference.printed, at_zero)
@@ -236,14 +236,6 @@ def _slug(where: str) -> str:
     return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
 
 
-def _exact_values(arm: Arm) -> Values:
-    """The number behind every symbol of an arm, as SymPy has it: other types it converts anew."""
-    return {
-        symbol: sp.Rational(value.numerator, value.denominator)
-        for symbol, value in parameter_values(arm).items()
-    }
-
-
 def _number(expression: sp.Expr, values: Values) -> float:
     value = expression.xreplace(values)
     return float(value.xreplace(dict.fromkeys(value.free_symbols, sp.S.One)))
@@ -254,7 +246,7 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
 
     Size: what is missing of the first entry of M that it changes, at theta = 0; then of the others.
     """
-    values, form = _exact_values(arm), build_energies_form()
+    values, form = rational_values(arm), build_energies_form()
     for difference in differences.find_energy_differences():
         missing = difference.missing_energy
         stated = _add_thin_ring(values, missing)

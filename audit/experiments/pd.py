@@ -154,7 +154,7 @@ def _spectra(fluctuations: _Fluctuations) -> OptionalNumbers:
     for joint, name in enumerate(("", "_elbow")):
         values = fluctuations.excess[near, joint]
         frequency, lines = signals.spectrum(fluctuations.run.time[near], values)
-        peak = signals.find_largest_line(frequency, lines, signals.VIBRATION_HZ).frequency_Hz
+        peak = signals.dominant_frequency(fluctuations.run.time[near], values)
         line = _line(frequency, lines, peak)
         static = abs(signals.mean_value(fluctuations.run.theta_ddot[near, joint]))
         numbers |= {f"line{name}": line, f"static_over_line{name}": quotient(static, line)}

@@ -262,7 +262,7 @@ def check_step_limit(
 ) -> Finding:
     """Check a model's largest stable step [s], (), against that of Runge and Kutta at its poles.
 
-    mass, slopes: of one pose with the teeth at their largest stiffness, as in poles_follow.
+    mass, slopes: of one pose with the teeth at their largest stiffness, as in `check_poles`.
     """
     poles = _poles(mass, slopes[0])
     # The first step at which |1 + z + ... + z^4 / 24| > 1, z = h p, of any mode. The method must

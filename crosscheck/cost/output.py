@@ -53,6 +53,11 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
     yield from _describe_costs(costs)
     yield from _describe_rotors(costs)
     yield _describe_agreement(costs)
+    yield from _describe_coupling(costs)
+
+
+def _describe_coupling(costs: ShortcutCosts) -> Iterator[str]:
+    """Lines on what armature omits: where it is largest, ratios that hide it, meshes."""
     if costs.pairs:
         named = ", ".join(
             f"{pair.at} by {pair.by} ({format_percent(pair.share)})" for pair in costs.pairs[:3]
@@ -369,12 +374,15 @@ def cost_page(costs: ShortcutCosts) -> str:
     from crosscheck.report.plots.scheme import draw_robot
     from crosscheck.report.rendering import render_page
 
-    rotors = list(_describe_rotors(costs))
+    has_costs = bool(costs.agrees and costs.ratios)
     return render_page(
         "cost",
         found=costs,
-        answers=[line for line in describe_answers(costs) if line not in rotors],
-        rotors=rotors,
+        has_costs=has_costs,
+        answers=list(_describe_costs(costs) if has_costs else describe_answers(costs)),
+        rotors=list(_describe_rotors(costs)),
+        agreement=_describe_agreement(costs) if has_costs else "",
+        coupling=list(_describe_coupling(costs)) if has_costs else [],
         digits=_describe_digits(costs),
         motion=describe_motion(costs),
         notes=[*describe_direct_joints(costs), *costs.robot.notes],
@@ -389,7 +397,7 @@ def cost_page(costs: ShortcutCosts) -> str:
         plain_number=format_number,
         negligible=format_percent(NEGLIGIBLE),
         scheme=draw_robot(costs.robot),
-        shares=to_svg(draw_shares(costs)) if costs.agrees and costs.ratios else "",
+        shares=to_svg(draw_shares(costs)) if has_costs else "",
         drawing=to_svg(draw_torques(costs)) if costs.agrees else "",
     )
 

@@ -26,6 +26,9 @@ from crosscheck.runner.progress_update import ProgressCallback
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
+# Factors on all ratios: coupling that is negligible at the least is so at any, and none is larger
+# than the most, as of a joint without any torque.
+LEAST_FACTOR, MOST_FACTOR = 1e-4, 1e4
 
 
 @dataclass(frozen=True)
@@ -271,20 +274,18 @@ def _compute_rotor_shares(
 
 
 def _negligible_factor(linear: np.ndarray, square: np.ndarray) -> float:
-    """The least factor beyond which |linear / k + square / k^2| stays below NEGLIGIBLE."""
+    """The least factor k beyond which |linear / k + square / k^2| stays below NEGLIGIBLE.
 
-    def largest_share(k: float) -> float:
-        return float(np.abs(linear / k + square / k**2).max())
-
-    factors = np.geomspace(1e-4, 1e4, 161)
-    beyond = [k for k in factors if largest_share(k) >= NEGLIGIBLE]
-    if not beyond:
-        return 0.0
-    below, above = beyond[-1], beyond[-1] * factors[1] / factors[0]
-    for _ in range(40):
-        middle = float(np.sqrt(below * above))
-        below, above = (middle, above) if largest_share(middle) >= NEGLIGIBLE else (below, middle)
-    return float(above)
+    It is the largest root of NEGLIGIBLE k^2 = linear k + square, and of the same with a minus
+    sign; 0 where it is below LEAST_FACTOR.
+    """
+    linear, square = np.clip([linear, square], -1e100, 1e100)  # whose squares do not overflow
+    factor = 0.0
+    for sign in (1, -1):
+        under_root = linear**2 + sign * 4 * NEGLIGIBLE * square
+        roots = sign * linear + np.sqrt(np.maximum(under_root, 0.0))
+        factor = max(factor, roots[under_root >= 0].max(initial=0.0) / (2 * NEGLIGIBLE))
+    return float(min(factor, MOST_FACTOR)) if factor >= LEAST_FACTOR else 0.0
 
 
 def _compute_tip_costs(

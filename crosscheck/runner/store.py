@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 import secrets
 import sys
@@ -10,12 +9,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
-from crosscheck.models.directories import make_private, require_private
-from crosscheck.models.errors import InputError
+from crosscheck.models.directories import make_private, read_sealed, report_unfit, seal
+from crosscheck.models.errors import PROGRAM, InputError, format_line
 from crosscheck.output import convert_os_errors, draft, remove_abandoned
 
 Value = TypeVar("Value")
-MAGIC = b"geararm-crosscheck kept 1"
+LARGEST = 2**40  # size of an entry [bytes]
 SUFFIX = ".kept"
 # The other two suffixes: of entries that carry no checksum.
 ENTRY = re.compile(r"[0-9a-f]{32}\.(kept|json|nc)")
@@ -40,7 +39,7 @@ class Store:
         """Keep nothing more, and say why; once."""
         if self.usable:
             reason = f"cannot be written: {error.strerror}; simulations are not kept"
-            _print_warning(f"{self.folder}: {reason}")
+            print(format_line(f"{PROGRAM}{self.folder}: {reason}"), file=sys.stderr)
         self.usable = False
 
     def get(self, key: str, decode: Callable[[bytes], Value]) -> Value:
@@ -48,24 +47,21 @@ class Store:
 
         What is not sound costs one line on standard error.
         """
-        try:
-            if self.usable:
-                return decode(self._content(key))
-        except FileNotFoundError:
-            pass
-        except Exception as error:
-            reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-            _print_warning(f"{self._path(key)}: does not fit: {reason}; it is made again")
+        content = read_sealed(self._path(key), LARGEST) if self.usable else None
+        if content is not None:
+            try:
+                return decode(content)
+            except Exception as error:
+                report_unfit(self._path(key), str(error))
         raise KeyError(key)
 
     def put(self, key: str, content: bytes) -> None:
         """Keep a content under a key, in place of what is there. Raises OSError."""
         if not self.usable:
             return
-        head = b"\n".join([MAGIC, key.encode(), _digest(key, content), b""])
+        path = self._path(key)
         with draft(self.folder, 0o600) as new:
-            new.write(head + content)
-            path = self._path(key)
+            new.write(seal(path, content))
             if path.is_dir() and not path.is_symlink():  # nobody's entry: it is left to its owner
                 path.rename(f"{path}.set-aside-{secrets.token_hex(4)}")
             new.publish(path)
@@ -78,18 +74,6 @@ class Store:
 
     def _path(self, key: str) -> Path:
         return self.folder / f"{key}{SUFFIX}"
-
-    def _content(self, key: str) -> bytes:
-        """A key's content. Raises OSError, and ValueError unless the entry is this key's, whole."""
-        with require_private(self._path(key)) as handle, open(handle, "rb", closefd=False) as file:
-            magic, owner, digest, content = [*file.read().split(b"\n", 3), b"", b"", b""][:4]
-        if magic != MAGIC:
-            raise ValueError("not an entry of this store")
-        if owner != key.encode():
-            raise ValueError("another result's entry")
-        if digest != _digest(key, content):
-            raise ValueError("damaged")
-        return content
 
 
 def clear(folder: Path) -> int:
@@ -113,11 +97,3 @@ def find_entries(folder: Path) -> list[Path]:
     """Paths of all entries in a folder, sorted. Raises OSError."""
     paths = [path for path in folder.glob("*") if ENTRY.fullmatch(path.name)]
     return sorted(path for path in paths if path.is_symlink() or not path.is_dir())
-
-
-def _digest(key: str, content: bytes) -> bytes:
-    return hashlib.sha256(key.encode() + b"\n" + content).hexdigest().encode()
-
-
-def _print_warning(line: str) -> None:
-    print(f"crosscheck: {' '.join(line.split())}", file=sys.stderr)

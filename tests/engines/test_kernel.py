@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.analytic.kernel.adaptive_kernel import NEAR_S, build_precise_program
+from crosscheck.analytic.kernel.adaptive_kernel import NEAR_S, build_adaptive_program
 from crosscheck.analytic.kernel.batch import (
     BLOCK_LANES,
     Batch,
@@ -335,7 +335,7 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
     """Of ``follow``, from the model's start."""
     equations = model.equations
     structure = equations.structure
-    program = build_precise_program(structure, equations.record_map())
+    program = build_adaptive_program(structure, equations.record_map())
     n, m = len(structure.coordinates), len(structure.meshes)
     state = [equations.to_kernel(x) for x in model.start()]
     rest, numbers = (
@@ -352,7 +352,7 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
 @pytest.mark.parametrize("name", ["play", "table", "waves"])
 def test_precise_runs_are_their_texts_bit_for_bit(name):
     model = model_of(name)
-    program = build_precise_program(model.equations.structure, model.equations.record_map())
+    program = build_adaptive_program(model.equations.structure, model.equations.record_map())
     ours, theirs = both(program, "follow", precise_arguments(model, 3, 5e-5))
     assert ours[-1][0] > 0
     assert_same_bits(ours, theirs)
@@ -360,7 +360,7 @@ def test_precise_runs_are_their_texts_bit_for_bit(name):
 
 def test_a_contact_is_looked_for_first_where_a_straight_line_changes_sign():
     equations = model_of("play").equations
-    program = build_precise_program(equations.structure, equations.record_map())
+    program = build_adaptive_program(equations.structure, equations.record_map())
     crossing = interpreted(program)["crossing"]
     low = np.ones(2 * len(equations.structure.meshes))
     high = low.copy()

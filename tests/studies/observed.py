@@ -1,11 +1,11 @@
-"""Which numbers of a chunk an observer looks at: of the planet that is named, of every member."""
+"""Which numbers of a chunk are measured: of the planet that is named, of every member."""
 
 from collections.abc import Iterator
 from types import SimpleNamespace
 
 import numpy as np
 
-from crosscheck.studies.measures import observers
+from crosscheck.studies.measures import measurement
 
 RECORDS, JOINTS, PLANETS, MEMBERS = 2, 2, 3, 4
 
@@ -24,6 +24,6 @@ def wrong_signals() -> Iterator[str]:
             (lumped, "x_sp", single[:, :, 1]),
             (apart, "theta", theta),
         ):
-            found = observers._signal(chunk, name, planet)
+            found = measurement._signal(chunk, name, planet)
             if not np.array_equal(found, expected, equal_nan=True):
                 yield f"{name} of planet {planet}: {found}, must be {expected}"

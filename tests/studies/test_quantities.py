@@ -1,7 +1,6 @@
-"""Numbers gathered from chunks are those of the whole signal, however it is cut."""
+"""Numbers of many signals at once are those of each by itself, and of a run by itself."""
 
 import re
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,20 +12,13 @@ from crosscheck import signals
 from crosscheck.models.errors import InputError
 from crosscheck.registry import build, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
-from crosscheck.studies.measures import folds
+from crosscheck.studies.definition import quantities as q
 from crosscheck.studies.measures.columns import list_columns
+from crosscheck.studies.measures.measurement import measure_values
 from tests.loops import require_items
 from tests.studies.studies import study
 
 STEP = 1e-3
-
-
-def _fed(fold: folds.Fold, time: np.ndarray, values: np.ndarray, cuts: list[int]):
-    """The fold's numbers of a signal (times, columns) that comes in pieces."""
-    edges = sorted({0, time.size, *(cut for cut in cuts if cut < time.size)})
-    for begin, end in pairwise(edges):
-        fold.take(time[begin:end], values[begin:end])
-    return fold.numbers()
 
 
 def _none(value: float | None) -> float:
@@ -34,48 +26,46 @@ def _none(value: float | None) -> float:
 
 
 @st.composite
-def pieces(draw: st.DrawFn):
-    """Time, a signal of few values so that levels are met and left, and where it is cut."""
+def columns(draw: st.DrawFn):
+    """Time, and two signals of few values, so that levels are met and left."""
     count = draw(st.integers(1, 40))
     row = st.lists(st.integers(-2, 2), min_size=count, max_size=count)
     values = np.array([draw(row), draw(row)], dtype=float).T
-    cuts = draw(st.lists(st.integers(1, 39), max_size=6))
-    return STEP * np.arange(count), values, cuts
+    return STEP * np.arange(count), values
 
 
-FOLDS = {
-    "peak": (lambda: folds.PeakFold((2,)), lambda t, v: signals.amplitude(v)),
-    "range": (lambda: folds.RangeFold((2,)), lambda t, v: signals.peak_to_peak(v)),
-    "mean": (lambda: folds.AverageFold((2,), False), lambda t, v: signals.mean_value(v)),
-    "rms": (lambda: folds.AverageFold((2,), True), lambda t, v: np.sqrt(np.mean(v**2))),
-    "last": (lambda: folds.LastFold((2,)), lambda t, v: v[-1]),
-    "above": (
-        lambda: folds.FirstTimeFold((2,), lambda v: v > 1),
-        lambda t, v: _none(signals.crossing_time_above(t, v, 1)),
+CROSSED = {"kind": "crossing", "signal": "theta"}
+NUMBERS = {
+    **{
+        q.Size(kind=kind, signal="theta"): whole
+        for kind, whole in {
+            "peak": lambda t, v: signals.amplitude(v),
+            "peak_to_peak": lambda t, v: signals.peak_to_peak(v),
+            "mean": lambda t, v: signals.mean_value(v),
+            "rms": lambda t, v: np.sqrt(np.mean(v**2)),
+            "final": lambda t, v: v[-1],
+        }.items()
+    },
+    q.Crossing(**CROSSED, side="above", level=1.0): (
+        lambda t, v: _none(signals.crossing_time_above(t, v, 1))
     ),
-    "below": (
-        lambda: folds.FirstTimeFold((2,), lambda v: v < -1),
-        lambda t, v: _none(signals.crossing_time_below(t, v, -1)),
+    q.Crossing(**CROSSED, side="below", level=-1.0): (
+        lambda t, v: _none(signals.crossing_time_below(t, v, -1))
     ),
-    "settled": (
-        lambda: folds.SettlingFold(np.array([1.0, 1.0]), 1.0),
-        lambda t, v: _none(_settled(t, v, 1.0, 1.0)),
+    q.Settling(kind="settling", band_rad=1.0): lambda t, v: _none(_settled(t, v, 1.0)),
+    q.NoContactShare(kind="apart_share", signal="F_sp"): lambda t, v: np.mean(v == 0),
+    q.ContactLoss(kind="contact_loss", signal="F_sp"): lambda t, v: _lost(t, v),
+    q.BandRms(kind="band_rms", signal="theta", band_Hz=(100.0, 400.0)): (
+        lambda t, v: signals.band_rms(t, v, 100, 400)
     ),
-    "share": (lambda: folds.NoContactShareFold((2,)), lambda t, v: np.mean(v == 0)),
-    "loss": (lambda: folds.FirstLossFold((2,)), lambda t, v: _lost(t, v)),
-    "band": (
-        lambda: folds.SpectrumFold((2,), signals.band_rms, (100, 400)),
-        lambda t, v: signals.band_rms(t, v, 100, 400),
-    ),
-    "line": (
-        lambda: folds.SpectrumFold((2,), signals.largest_line, (100, 400), ("Hz", "")),
-        lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz,
+    q.SpectralPeak(kind="spectral_peak", signal="theta", band_Hz=(100.0, 400.0)): (
+        lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz
     ),
 }
 
 
-def _settled(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float | None:
-    outside = np.flatnonzero(~(np.abs(values - target) <= band))
+def _settled(time: np.ndarray, values: np.ndarray, band: float) -> float | None:
+    outside = np.flatnonzero(~(np.abs(values) <= band))
     last = int(outside[-1]) if outside.size else -1
     return None if last + 1 >= time.size else float(time[last + 1])
 
@@ -88,24 +78,24 @@ def _lost(time: np.ndarray, force: np.ndarray) -> float:
     return time[carried[0] + after[0]] if after.size else np.nan
 
 
-@given(pieces())
-def test_every_fold_is_the_number_of_the_whole_signal(signal):
-    time, values, cuts = signal
-    for name, (make, whole) in require_items(FOLDS.items()):
-        found = _fed(make(), time, values, cuts)[0]
+@given(columns())
+def test_every_number_is_that_of_the_signal_by_itself(signal):
+    time, values = signal
+    for quantity, whole in require_items(NUMBERS.items()):
+        found = measure_values(quantity, time, values)[0]
         expected = [whole(time, np.ascontiguousarray(column)) for column in values.T]
         # sums are taken in another order: two roundings of 40 terms
-        assert found == pytest.approx(expected, rel=1e-14, abs=1e-14, nan_ok=True), name
+        close = pytest.approx(expected, rel=1e-14, abs=1e-14, nan_ok=True)
+        assert found == close, quantity.result_name
 
 
 def test_a_signal_with_a_gap_has_no_spectrum_and_the_one_beside_it_has():
     time = STEP * np.arange(40)
     values = np.column_stack([np.sin(1e3 * time)] * 2)
     values[7, 1] = np.nan
-    for measure, parts in ((signals.band_rms, ("",)), (signals.largest_line, ("Hz", ""))):
-        fold = folds.SpectrumFold((2,), measure, (0, 400), parts)
-        numbers = np.array(_fed(fold, time, values, [11]))
-        assert (np.isnan(numbers) == [False, True]).all(), measure
+    for quantity in require_items(each for each in NUMBERS if hasattr(each, "band_Hz")):
+        numbers = np.array(measure_values(quantity, time, values))
+        assert (np.isnan(numbers) == [False, True]).all(), quantity
 
 
 def test_a_sine_has_its_rms_in_the_band_that_it_is_in():
@@ -195,9 +185,9 @@ def test_a_second_engine_has_every_quantity_too():
 
 
 def test_a_force_that_is_lost_to_divergence_has_no_share_without_contact():
-    fold = folds.NoContactShareFold((2,))
+    quantity = q.NoContactShare(kind="apart_share", signal="F_sp")
     values = np.array([[1.0, 0.0], [0.0, 2.0], [np.nan, 3.0], [np.nan, 0.0]])
-    (share,) = _fed(fold, np.arange(4.0), values, [1])
+    (share,) = measure_values(quantity, np.arange(4.0), values)
     assert np.isnan(share[0])
     assert share[1] == 0.5
 

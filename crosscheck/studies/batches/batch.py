@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable
 from functools import lru_cache
 from importlib import import_module
 
@@ -15,8 +14,7 @@ from crosscheck.analytic.ensemble import group_models
 from crosscheck.models.errors import Diverged
 from crosscheck.studies.definition.quantities import MESH_SIGNALS, SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, list_columns
-from crosscheck.studies.measures.observers import ChunkRecords, make_observer
-from crosscheck.studies.members.cases import MemberCase
+from crosscheck.studies.measures.measurement import measure_members
 from crosscheck.studies.members.members import PreparedStudy, load_study
 
 Numbers = dict[str, np.ndarray]  # arrays (members, *the column's shape) by column
@@ -34,9 +32,8 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     for group in group_models([case.make_model() for case in cases]):
         members = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
-            values_by_column = _observe_members(
-                study, [cases[member] for member in members], group.chunks()
-            )
+            some = [cases[member] for member in members]
+            values_by_column = measure_members(study, some, group.chunks())
         for name, values in values_by_column.items():
             numbers[name][members] = values
         gone = np.array(members)[~np.isnan(group.diverged_s)]
@@ -59,7 +56,7 @@ def run_check(text: str, place: int) -> Numbers:
     except Diverged as error:
         numbers[DIVERGED][0] = error.time_s
         return numbers
-    return numbers | _observe_members(study, [case], [_RunChunk(run)])
+    return numbers | measure_members(study, [case], [_RunChunk(run)])
 
 
 @lru_cache
@@ -90,13 +87,3 @@ class _RunChunk:
 
 def _make_empty_numbers(study: PreparedStudy, members: int) -> Numbers:
     return {c.name: np.full((members, *c.shape), np.nan) for c in list_columns(study)}
-
-
-def _observe_members(
-    study: PreparedStudy, cases: list[MemberCase], chunks: Iterable[ChunkRecords]
-) -> Numbers:
-    observers = [make_observer(each, cases, study) for each in study.definition.quantities]
-    for chunk in chunks:
-        for watcher in observers:
-            watcher.observe(chunk)
-    return {name: values for watcher in observers for name, values in watcher.results().items()}

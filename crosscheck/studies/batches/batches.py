@@ -23,6 +23,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import Numbers, prepare_worker, run_batch, run_check
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.measures.columns import Column
+from crosscheck.studies.measures.measurement import list_signals
 from crosscheck.studies.members.members import PreparedStudy
 
 BATCH = "crosscheck.studies.batches.batch"  # module whose code, with all its imports, makes a batch
@@ -146,20 +147,17 @@ def batch_size(study: PreparedStudy) -> int:
 
 
 def _kept_bytes(study: PreparedStudy) -> float:
-    """Bytes of the signals that one member keeps while its batch runs."""
-    scenario, joints = study.base.scenario, len(study.base.planet_counts)
-    record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
-    planets = max(1, *study.base.planet_counts)
-    whole = quantities.SpectralPeak | quantities.BandRms | quantities.RigidDeviation
-    total = 0.0
-    for quantity in study.definition.quantities:
-        if isinstance(quantity, whole):
-            total += 2 * record
-        elif isinstance(quantity, quantities.Trajectories):
-            total += 3 * record * len(quantity.signals) * planets
-        elif isinstance(quantity, quantities.Function):
-            total += 2 * record * (4 + 6 * planets)
-    return total
+    """Bytes of the signals that one member keeps while its batch runs, and of what is made of them.
+
+    Each may be copied once, with numbers for all planets.
+    """
+    base, measured = study.base, study.definition.quantities
+    record = 8.0 * (base.scenario.steps // base.scenario.stride + 1) * len(base.planet_counts)
+    names = {name for quantity in measured for name in list_signals(quantity, base)}
+    planets = max(1, *base.planet_counts)
+    is_every = [name.planet is None and name.name in quantities.MESH_SIGNALS for name in names]
+    rigid = sum(isinstance(each, quantities.RigidDeviation) for each in measured)
+    return 2 * record * (sum(planets if every else 1 for every in is_every) + rigid)
 
 
 def pack_numbers(numbers: Numbers, columns: Sequence[Column]) -> bytes:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import faulthandler
 import os
-import pickle
 import resource
-import select
 import signal
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache, partial
 from importlib.util import find_spec
+from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NoReturn
@@ -30,7 +29,6 @@ MEMORY_BYTES = 2 * 1024**3  # memory of the reader, beyond the program's own
 PROCESSOR_S = 10  # [s] of processor time, of which shapes of files take most
 IDLE_S, LOOK_S = 4.0, 0.1  # [s] without processor time; from one look to the next
 LONGEST_S = 600  # [s], after which the process ends though its parent has died
-CHUNK = 65536
 
 
 @lru_cache(maxsize=8)
@@ -51,24 +49,26 @@ def _run_limited(
     convert: Callable[[], MjcfRobot], folder: str, where: str
 ) -> MjcfRobot | InputError:
     """The result of a forked process that reads a file in a folder. Raises InputError if none."""
-    receiving, sending = os.pipe()
+    receiving, sending = Pipe(duplex=False)
     child = os.fork()
     if child == 0:
         _convert_and_exit(convert, folder, where, sending)
-    os.close(sending)
+    sending.close()
+    result: MjcfRobot | InputError | None = None
     try:
-        content = _receive(receiving, child)
+        is_waiting = _is_waiting(receiving, child)
+        with suppress(EOFError, OSError):
+            result = None if is_waiting else receiving.recv()
     finally:
-        os.close(receiving)
+        receiving.close()
         with suppress(ProcessLookupError):
             os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
-    if content:
-        result: MjcfRobot | InputError = pickle.loads(content)
+    if result is not None:
         return result
     number = os.waitstatus_to_exitcode(status)
     reason = "ends its process"
-    if content is None:
+    if is_waiting:
         reason = f"waits for a file that is none, {IDLE_S:g} s so far"
     elif number == -signal.SIGXCPU:
         reason = f"takes more than {PROCESSOR_S} s of processor time"
@@ -77,28 +77,22 @@ def _run_limited(
     raise InputError(where, "", None, f"MuJoCo cannot read it: it {reason}")
 
 
-def _receive(pipe: int, child: int) -> bytes | None:
-    """The output of a child until it ends; None if it uses no processor time."""
-    content, used, idle = b"", -1.0, 0.0
-    while True:
-        if select.select([pipe], [], [], LOOK_S)[0]:
-            chunk = os.read(pipe, CHUNK)
-            if not chunk:
-                return content
-            content += chunk
-            continue
+def _is_waiting(pipe: Connection, child: int) -> bool:
+    """Whether a child uses no processor time for a while before it sends something or ends."""
+    used, idle = -1.0, 0.0
+    while not pipe.poll(LOOK_S):
         with suppress(psutil.Error):
             process = psutil.Process(child)
-            times = process.cpu_times()
-            is_waiting = process.status() == psutil.STATUS_SLEEPING
-            is_waiting &= times.user + times.system == used
-            used, idle = times.user + times.system, idle + LOOK_S if is_waiting else 0.0
+            before, used = used, sum(process.cpu_times()[:2])
+            is_asleep = process.status() == psutil.STATUS_SLEEPING and used == before
+            idle = idle + LOOK_S if is_asleep else 0.0
             if idle > IDLE_S:
-                return None
+                return True
+    return False
 
 
 def _convert_and_exit(
-    convert: Callable[[], MjcfRobot], folder: str, where: str, pipe: int
+    convert: Callable[[], MjcfRobot], folder: str, where: str, pipe: Connection
 ) -> NoReturn:
     """Send the robot or the InputError of a file, in a forked process that prints nothing."""
     try:
@@ -118,8 +112,7 @@ def _convert_and_exit(
         except MemoryError:
             allowed = f"MuJoCo cannot read it: it takes more than {MEMORY_BYTES >> 30} GB of memory"
             result = InputError(where, "", None, allowed)
-        with os.fdopen(pipe, "wb") as sending:
-            sending.write(pickle.dumps(result))
+        pipe.send(result)
         os._exit(0)
     finally:
         os._exit(1)
