@@ -22,6 +22,7 @@ from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.source_lines import PACKAGE
 
 LIBRARIES = ("numpy", "math")  # modules whose functions make data
+CELL = "this cell"  # of a notebook, whose code stands in no file
 MODULE = "_crosscheck_edited"  # name of modules that are made of edited source
 Names = Mapping[str, Any]
 
@@ -40,6 +41,19 @@ class UserCode:
     statements: Sequence[ast.stmt]
     names: Names
     select: Callable[[Names], Any]
+
+    @property
+    def name(self) -> str:
+        """What sentences call the file."""
+        path = Path(self.file)
+        return CELL if path.is_absolute() and not path.exists() else path.name
+
+    @property
+    def place(self) -> str:
+        """The file, with the first and last line of the statements."""
+        first = min(each.lineno for each in self.statements)
+        last = max(each.end_lineno or each.lineno for each in self.statements)
+        return f"{self.name}:{first}-{last}"
 
     def compile(self, statement: ast.stmt) -> Any:
         """The code object of a statement, which may be an edited one."""
