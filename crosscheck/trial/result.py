@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -129,7 +129,7 @@ class Trial:
     scope: tuple[str, ...]
     notes: tuple[str, ...]
     is_single_precision: bool = False
-    search: SourceSearch = SourceSearch()
+    search: SourceSearch = field(default_factory=SourceSearch)
 
     @property
     def change(self) -> SourceAnswer | None:
