@@ -28,9 +28,9 @@ def list_made_names(tree: ast.Module) -> set[str]:
 def select_statements(
     file: str, body: Sequence[ast.stmt], names: Names, wanted: set[str], local: Sequence[ast.stmt]
 ) -> list[ast.stmt]:
-    """The statements of a file that give these names what they have, and all that they use.
+    """The statements of a file that define anything that these names may use.
 
-    What has not run yet is left out, and what is of no use to them: it might begin a trial again.
+    What has not run yet is left out, and calls that are of no use: they might begin a trial again.
 
     Args:
         file: Its path, or a notebook's name of a cell.
@@ -49,7 +49,8 @@ def select_statements(
     once = {name for name in stored if stored.count(name) == 1}
     current = [each for each, own in changed.items() if not own <= once or _is_current(each, names)]
     wanted |= {name for each in local for name in _list_names(_compile(each), "LOAD")}
-    selected = set[ast.stmt]()
+    selected = {each for each in current if _is_harmless(each, names)}
+    wanted |= {name for each in selected for name in _list_names(_compile(each), "LOAD")}
     while new := [each for each in current if each not in selected and changed[each] & wanted]:
         selected |= {*new}
         wanted |= {name for each in new for name in _list_names(_compile(each), "LOAD")}
@@ -107,21 +108,22 @@ def _list_running_lines(file: str) -> Iterator[int]:
             yield line
 
 
-def _is_current(statement: ast.stmt, names: Names) -> bool:
-    """Whether names still have the data that an assignment gives them; True of all else.
-
-    Functions of libraries of numbers are called alone: any other might begin a trial again.
-    """
-    if not isinstance(statement, ast.Assign):
+def _is_harmless(statement: ast.stmt, names: Names) -> bool:
+    """Whether it is a definition, or gives data that functions of libraries of numbers make."""
+    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
         return True
-    calls = [node.func for node in ast.walk(statement) if isinstance(node, ast.Call)]
-    functions = list(map(ast.unparse, calls))
-    owners = [function.partition(".")[0] for function in functions]
+    calls = (node.func for node in ast.walk(statement) if isinstance(node, ast.Call))
+    owners = (ast.unparse(function).partition(".")[0] for function in calls)
     is_of_library = (getattr(names.get(owner), "__name__", "") in LIBRARIES for owner in owners)
-    if any(".random." in function for function in functions):
-        return False
-    if not all(is_of_library):
+    return isinstance(statement, ast.Assign) and all(is_of_library)
+
+
+def _is_current(statement: ast.stmt, names: Names) -> bool:
+    """Whether names still have the data that an assignment gives them; True of all else."""
+    if not isinstance(statement, ast.Assign) or not _is_harmless(statement, names):
         return True
+    if ".random." in ast.unparse(statement):
+        return False
     again = dict(names)
     try:
         exec(compile(ast.Module([statement], []), "", "exec"), again)
