@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -26,11 +26,12 @@ def make_arm_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
     diagnosis = trial.diagnosis
     probes = build_probe_problems(trial.problem, diagnosis.ignored_numbers)
     for each in (trial.problem, *probes[:1]):
-        yield _make_answer_key(replace(each, count=FEW_STATES), diagnosis.level)
+        levels = dict.fromkeys((diagnosis.level, *(at.level for at in trial.distances)))
+        yield _make_answer_key(replace(each, count=FEW_STATES), [*levels])
 
 
-def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
-    """The answers of the nearest level, and of others of which wrong equations may be."""
+def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> AnswerKey:
+    """The answers of the nearest level, the first, and of others of which the equations may be."""
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
 
     def build(source: Any) -> Equations:
@@ -40,7 +41,6 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
         bound = bind_equations(build(source), arm, frame)
         return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
 
-    levels = dict.fromkeys((level, *problem.levels))
     right = {each: _ask_reference(problem, each) for each in levels}
     values = list_leaf_values(arm.model_dump(mode="json"))
     numbers = frozenset(each for each in values if isinstance(each, float))
