@@ -82,8 +82,7 @@ def _list_mutated(statement: ast.stmt, names: Names) -> Iterator[str]:
     if isinstance(statement, ast.FunctionDef | ast.ClassDef):
         return
     for node in ast.walk(statement):
-        is_part = isinstance(node, ast.Subscript | ast.Attribute)
-        if is_part and isinstance(node.ctx, ast.Store):
+        if isinstance(node, ast.Subscript | ast.Attribute) and isinstance(node.ctx, ast.Store):
             yield _find_root(node)
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
             root = _find_root(node.value.func)
