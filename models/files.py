@@ -24,6 +24,14 @@ LONGEST_BITS = 1000  # bits of the longest whole number; Python shows none of 43
 URDF = ".urdf"
 TOO_LONG = "a number of too many digits"
 EXPAND = "expand it first: xacro robot.urdf.xacro > robot.urdf"
+# Fields that files of one kind alone have, and the kind, with what to do with such a file.
+KINDS = {
+    frozenset({"quantities"}): "a study; `crosscheck sweep` runs it",
+    frozenset({"urdf"}): "a robot",
+    frozenset({"links", "joints"}): "an arm",
+    frozenset({"drive", "duration_s"}): "a scenario",
+    frozenset({"recordings"}): "a description of recordings; `crosscheck compare` reads it",
+}
 READ_AS_URDF = (XmlKind.URDF, XmlKind.XACRO, XmlKind.MJCF)
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 
@@ -50,14 +58,20 @@ def builtin_title(folder: Literal["arms", "robots", "scenarios"], name: str) -> 
 
 def read_raw_arm(name: str) -> dict[str, Any]:
     """The content of an arm's file, not validated. Raises InputError."""
-    return _read(name, "arms")
+    return _require_kind(_read(name, "arms"), name, "an arm")
 
 
 def read_raw_scenario(name: str) -> dict[str, Any]:
     """The content of a scenario's file, not validated. Raises InputError."""
-    content = _read(name, "scenarios")
-    if "quantities" in content:
-        raise InputError(name, "", None, "is a study, not a scenario; `crosscheck sweep` runs it")
+    return _require_kind(_read(name, "scenarios"), name, "a scenario")
+
+
+def _require_kind(content: dict[str, Any], name: str, kind: str) -> dict[str, Any]:
+    """The content of a file. Raises InputError for one that has fields of other kinds alone."""
+    kinds = [words for own, words in KINDS.items() if not own.isdisjoint(content)]
+    if kinds and kind not in kinds:
+        what, mark, remedy = kinds[0].partition(";")
+        raise InputError(name, "", None, f"is {what}, not {kind}{mark}{remedy}")
     return content
 
 

@@ -105,14 +105,14 @@ def is_input(path: Path) -> bool:
     return False
 
 
-def doubt_degrees(where: str, field: str, angles: Iterable[float]) -> None:
+def doubt_degrees(where: str, field: str, angles: Iterable[float], remedy: str = "") -> None:
     """Ask in one line, once for a field, whether an angle [rad] of more than a turn is in degrees.
 
-    where: the file.
+    where: the file; remedy: what to write then, where it can be said.
     """
     largest = max(angles, key=abs, default=0.0)
     turns = abs(largest) / (2 * pi)
     if turns > 1 + 1e-6 and (where, field) not in _doubted:  # rounded 2 pi is one turn
         _doubted.add((where, field))
         said = f"note: {where}: {field}: {largest:.6g} rad = {turns:.3g} turns: is it in degrees?"
-        logging.warning(make_printable(said))
+        logging.warning(make_printable(f"{said} Then {remedy}" if remedy else said))

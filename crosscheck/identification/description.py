@@ -220,7 +220,7 @@ def _read_recording(
         positions *= np.pi / 180
     elif given.unit == "rad" and given.shaft == "joint":
         for name, angles in zip(given.columns, positions.T, strict=True):
-            doubt_degrees(moving.where, name, angles)
+            doubt_degrees(moving.where, name, angles, 'state unit = "deg" in [position]')
     if given.shaft == "motor":
         positions[:] = np.linalg.solve(turns, positions.T).T
     if given.zero is not None:

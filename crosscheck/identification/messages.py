@@ -39,6 +39,7 @@ LARGE_FACTOR = 10.0  # on the torques of the file's links, from which on units a
 LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
+UNDETERMINED = "the record does not determine it"
 EXCITATION_FILE = "excitation.csv"
 
 
@@ -152,7 +153,7 @@ def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
 
 
 def _format_change(estimate: TermEstimate) -> str:
-    if estimate.doubled is not None:
+    if estimate.doubled is not None or not estimate.is_determined:
         return _format_interval(estimate, estimate.term.unit)
     in_file = estimate.term.value or 0.0
     return f"{format_value(estimate.value, estimate.half_width, in_file)} {estimate.term.unit}"
@@ -412,7 +413,8 @@ def _format_interval(each: TermEstimate, unit: str = "") -> str:
     if each.doubled is not None:
         beside = f"{each.doubled:{digits}}{after} in twice the band"
         return f"{value:{digits}}{after} (depends on the band: {beside})"
-    return f"{value:{digits}} +- {half_width:{digits if is_usual else '.2g'}}{after}"
+    interval = f"{value:{digits}} +- {half_width:{digits if is_usual else '.2g'}}{after}"
+    return interval if each.is_determined else f"{interval} ({UNDETERMINED})"
 
 
 def format_row(names: Sequence[str], values: Sequence[float] | np.ndarray) -> str:

@@ -246,6 +246,7 @@ def _estimate_content(each: TermEstimate) -> dict[str, object]:
         "standard_error": each.error,
         "half_of_95_percent_interval": each.half_width if each.doubled is None else None,
         "estimate_in_twice_the_band": each.doubled,
+        "is_determined": each.is_determined,
         "systematic_part_of_standard_error": each.systematic,
     }
 

@@ -82,6 +82,12 @@ class TermEstimate:
         """The value over its standard error."""
         return self.value / self.error if self.error else 0.0
 
+    @property
+    def is_determined(self) -> bool:
+        """Whether its interval is narrower than the number is large; True where no file has one."""
+        in_file = self.term.value
+        return not in_file or self.half_width < max(abs(self.value), abs(in_file))
+
 
 @dataclass(frozen=True)
 class Regressor:

@@ -153,7 +153,7 @@ def read_record(
             _require_usable(where, kind, time.size, table)
     for number, each in enumerate(angles.T, 1):
         if number not in slides and {"theta_rad", f"theta_{number}_rad"} & set(columns):
-            doubt_degrees(where, f"theta_{number}_rad", each)
+            doubt_degrees(where, f"theta_{number}_rad", each, "name it with _deg")
     return Record(
         where, time, angles, tables["torque"], rates=tables["theta_dot"], notes=tuple(notes)
     )

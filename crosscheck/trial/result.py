@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,7 +27,7 @@ from crosscheck.trial.judge.entries import (
     format_entry,
 )
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.source.source_edit import SourceAnswer
+from crosscheck.trial.source.source_edit import SourceAnswer, SourceSearch
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,7 +114,7 @@ class Trial:
         scope: How the equations were read, and what was not judged.
         notes: Remarks that concern no error.
         is_single_precision: Whether a part's answers have no more digits than that.
-        change: What must change in the user's source, where a small edit mends it.
+        search: The search of the user's source for the edit that mends it.
     """
 
     request: TrialRequest
@@ -129,7 +129,12 @@ class Trial:
     scope: tuple[str, ...]
     notes: tuple[str, ...]
     is_single_precision: bool = False
-    change: SourceAnswer | None = None
+    search: SourceSearch = field(default_factory=SourceSearch)
+
+    @property
+    def change(self) -> SourceAnswer | None:
+        """What must change in the user's source, where a small edit mends it."""
+        return self.search.answer
 
     @property
     def agreement(self) -> Agreement:
@@ -241,7 +246,7 @@ class Trial:
     def lines(self) -> Iterator[str]:
         """The lines of the terminal: what is wrong, the change that corrects it, evidence."""
         yield self.headline
-        yield from self.change.sentences if self.change else ()
+        yield from self.search.sentences
         yield from self.causes[:MOST_CAUSES]
         if len(self.causes) > MOST_CAUSES:
             yield f"and {len(self.causes) - MOST_CAUSES} more"

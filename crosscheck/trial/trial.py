@@ -122,7 +122,7 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
         # What one number explains is no error of two lines, and none that one line mends in part.
         scope: SearchScope = "whole" if diagnosis.explanations else "all"
         scope = "likely" if diagnosis.readings else scope
-        return replace(trial, change=find_source_answer(code, make_keys, progress, scope))
+        return replace(trial, search=find_source_answer(code, make_keys, progress, scope))
 
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:

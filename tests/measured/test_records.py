@@ -82,6 +82,7 @@ def test_radians_of_many_turns_are_asked_about(record, tmp_path, caplog, unit, i
     renamed = {name.replace("_rad", f"_{unit}"): values for name, values in columns.items()}
     read_record(write_table(tmp_path / "r.csv", renamed), 2)
     question = f"note: {tmp_path}/r.csv: theta_2_rad: -90 rad = 14.3 turns: is it in degrees?"
+    question += " Then name it with _deg"
     assert caplog.messages == [question] * is_asked
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import crosscheck
 from crosscheck.api import simulate
+from crosscheck.models.errors import InputError
 from crosscheck.models.mechanism import read_robot_data, select_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build, engine_of, reference_model
@@ -59,7 +60,10 @@ def test_the_mass_of_a_link_is_the_one_that_the_engines_have():
 def test_a_second_engine_and_the_rigid_model_are_where_they_must_be(tmp_path):
     text = ROBOT_STUDY.replace('scenario = "pd"', 'scenario = "pd"\nlevel = "coupled"')
     text = text.replace('_s" = 0.002', '_s" = 0.001').replace('"F_sp"', '"theta_ddot"')
-    study = read_study(write_study(tmp_path, text + '[[quantities]]\nkind = "rigid_deviation"\n'))
+    text += '[[quantities]]\nkind = "rigid_deviation"\n'
+    with pytest.raises(InputError, match="'F_pr': must be one of theta, theta_dot, theta_ddot"):
+        run_batch(read_study(write_study(tmp_path, text)).text, 0, 1)  # of rigid gears
+    study = read_study(write_study(tmp_path, text.replace('"F_pr"', '"torque"')))
     ours, theirs = run_batch(study.text, 0, 1), run_check(study.text, 0)
     for name in ("theta_dot_final", "theta_ddot_peak_joint2"):
         # Two engines by equal steps; velocities of 0.1 rad/s, accelerations of 60 rad/s^2.

@@ -1,6 +1,7 @@
 """Arms with fewer motors than joints: pendubot and acrobot in the forms that authors give them."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.trial.arms.subject import build_problem
+from crosscheck.trial.changes.arms.arm_numbers import replace_numbers
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import bind_equations
@@ -66,6 +68,23 @@ def test_an_acrobot_agrees():
     trial = trial_of(factory, ARM)
     assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
     assert "motors: at theta_2 alone" in trial.scope
+
+
+def test_equations_that_read_motors_are_of_a_level_that_has_them():
+    """Links are nearer, of which M lacks nothing but the motors that the equations have."""
+    motors = {"joints[1].motor_mass_kg": 3.0, "joints[1].rotor_inertia_kg_m2": 0.4}
+
+    def factory(arm: Arm) -> Equations:
+        own = pendulum(bodies_of(arm), arm.gravity_m_per_s2[0])
+
+        def mass_matrix(q: np.ndarray) -> np.ndarray:
+            return own.mass_matrix(q) + np.diag([0, arm.joints[1].rotor_inertia_kg_m2])
+
+        return replace(own, mass_matrix=mass_matrix)
+
+    levels = [each.level for each in trial_of(factory, replace_numbers(ARM, motors)).distances]
+    assert "carriers" in levels
+    assert "links" not in levels
 
 
 @pytest.mark.parametrize("drive", [1, [0], [3], ["theta_3"], [1, 1], [True], [None]])

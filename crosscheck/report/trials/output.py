@@ -19,6 +19,7 @@ from crosscheck.trial.result import PartDeviation, Trial, select_counted
 
 SCHEMA_VERSION = 4
 NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
+SEARCH_FIELDS = ("place", "has_pairs", "is_late")
 ENTRY_FIELDS = ("name", "share", "cause", "difference", "explanation", "shown_on")
 
 
@@ -35,6 +36,7 @@ def format_trial_json(trial: Trial) -> str:
             "coordinates": problem.names,
             "headline": trial.headline,
             "change": to_json_value(trial.change),
+            "search": _select_fields(trial.search, SEARCH_FIELDS),
             "causes": trial.causes,
             "wrong": [_wrong_record(each, trial) for each in trial.wrong],
             "hidden": [_wrong_record(each, trial) for each in diagnosis.hidden],

@@ -17,6 +17,7 @@ MeshForce = Literal["F_sp", "F_pr", "F_mesh"]
 Signal = Literal[JointSignal, MeshSignal, RotorSignal]
 JOINT_SIGNALS: tuple[str, ...] = get_args(JointSignal)
 MESH_SIGNALS: tuple[str, ...] = get_args(MeshSignal)
+ROTOR_SIGNALS: tuple[str, ...] = get_args(RotorSignal)
 ARM_SIGNALS: tuple[str, ...] = (*JOINT_SIGNALS, *MESH_SIGNALS)
 SIGNALS: tuple[str, ...] = get_args(Signal)
 JointNumber = Annotated[int, NumberRange(1, 100)]

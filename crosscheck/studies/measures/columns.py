@@ -48,8 +48,9 @@ def require_measurable(quantity: quantities.Quantity, case: MemberCase, file: st
     if joint is not None and joint > joints:
         raise InputError(where, "joint", joint, f"the {case.mechanism.section} has {joints}")
     for signal in (getattr(quantity, "signal", "theta"), *getattr(quantity, "signals", ())):
-        if signal not in case.signals:
-            raise InputError(where, "signal", signal, f"must be one of {', '.join(case.signals)}")
+        signals = case.list_signals(joint)
+        if signal not in signals:
+            raise InputError(where, "signal", signal, f"must be one of {', '.join(signals)}")
     planets = max(case.planet_counts)
     planet = getattr(quantity, "planet", None)
     if planet is not None and planet > max(planets, 1):

@@ -29,7 +29,13 @@ from crosscheck.models.robot.file import RobotFile, RobotSource
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.models.robot.trajectory import make_robot_dataset
 from crosscheck.models.trajectory import build_trajectory
-from crosscheck.studies.definition.quantities import ARM_SIGNALS, SIGNALS
+from crosscheck.studies.definition.quantities import (
+    ARM_SIGNALS,
+    JOINT_SIGNALS,
+    MESH_SIGNALS,
+    ROTOR_SIGNALS,
+    SIGNALS,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +79,16 @@ class MemberCase:
     def experiment(self) -> tuple[Any, Scenario, Any]:
         """The arguments of ``registry.build`` for a model of the case."""
         return self.mechanism, self.scenario, self.switches
+
+    def list_signals(self, joint: int | None) -> list[str]:
+        """Names of the signals that runs have of a joint, numbered from 1, or of any joint."""
+        places = range(len(self.planet_counts)) if joint is None else [joint - 1]
+        signals, is_geared = [*JOINT_SIGNALS], self.level == "geared"
+        if (is_geared or self.level is None) and any(self.planet_counts[each] for each in places):
+            signals += MESH_SIGNALS
+        if is_geared and {rotor.joint for rotor, _ in self.mechanism.meshes} & {*places}:
+            signals += ROTOR_SIGNALS
+        return signals
 
     def perturb(self, seed: int, size_m: float) -> MemberCase:
         """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -39,20 +39,21 @@ def make_arm_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
     """The answer keys of a trial's arm, and of one other that keeps the ignored numbers."""
     diagnosis = trial.diagnosis
     probes = build_probe_problems(trial.problem, diagnosis.ignored_numbers)
+    levels = [*dict.fromkeys((diagnosis.level, *(at.level for at in trial.distances)))]
     for each in (trial.problem, *probes[:1]):
-        yield _make_answer_key(replace(each, count=FEW_STATES), diagnosis.level)
+        yield _make_answer_key(replace(each, count=FEW_STATES), levels)
     if not trial.problem.equations.any_arm:
         arm = trial.problem.case.arm
         numbers = {name: get_number(arm, name) for name in list_number_names(arm)}
         with suppress(ValidationError, InputError):  # of numbers that are no arm's
             exchanged = {name: exchange_number(number) for name, number in numbers.items()}
             other = trial.problem.adapt_to_arm(replace_numbers(arm, exchanged))
-            key = _make_answer_key(replace(other, count=FEW_STATES), diagnosis.level)
+            key = _make_answer_key(replace(other, count=FEW_STATES), levels)
             yield exchange_code_numbers(key, numbers.values())
 
 
-def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
-    """The answers of the nearest level, and of others of which wrong equations may be."""
+def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> AnswerKey:
+    """The answers of the nearest level, the first, and of others of which the equations may be."""
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
 
     def build(source: Any) -> Equations:
@@ -62,7 +63,6 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
         bound = bind_equations(build(source), arm, frame)
         return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
 
-    levels = dict.fromkeys((level, *problem.levels))
     right = {each: _ask_reference(problem, each) for each in levels}
     values = list_leaf_values(arm.model_dump(mode="json"))
     numbers = frozenset(each for each in values if isinstance(each, float))

@@ -39,7 +39,7 @@ from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
     list_entry_questions,
 )
-from crosscheck.trial.changes.arms.dependence import Perform
+from crosscheck.trial.changes.arms.dependence import Dependence, Perform
 from crosscheck.trial.changes.arms.other_coordinates import find_readings, is_nearer_absolute
 from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.steps import LevelChanges, find_changes
@@ -136,7 +136,7 @@ class ArmSubject(TrialSubject):
         return select_switches(request.equations, request.mechanism, request.switches)
 
     def measure_levels(self) -> list[LevelDistance]:
-        """How far the equations are from each rigid level, the nearest first."""
+        """How far the equations are from each level that has what they read, the nearest first."""
         problem, distances = self.problem, []
         if problem.gearing != "rigid":
             return []
@@ -153,7 +153,13 @@ class ArmSubject(TrialSubject):
             for part, values in compared.user_values.items():
                 errors.append(deviations(values, right[part], sizes.entry_sizes(part)))
             distances.append(measure_distance(level, len(places), errors))
-        return sort_distances(distances)
+        distances = sort_distances(distances)
+        if not (problem.equations.any_arm and distances[0].entries and distances[1:]):
+            return distances
+        # Who reads motors' masses means a level that has them, however near another one is.
+        asked = [Dependence(self._compare(each.level), self.perform) for each in distances]
+        poor = {each.comparison.level for each in asked if each.is_of_richer_level}
+        return [each for each in distances if each.level not in poor] or distances
 
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
         """Find the level, then other coordinates in which all is right, then reasons by entry."""

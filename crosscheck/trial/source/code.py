@@ -4,13 +4,12 @@ from __future__ import annotations
 import __future__
 
 import ast
-import functools
 import linecache
-import pickle
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial, reduce
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -20,8 +19,9 @@ import numpy as np
 from crosscheck.trial.input.calls import TAKES, select_parts
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.source_lines import PACKAGE
+from crosscheck.trial.source.statements import list_made_names, select_statements
 
-LIBRARIES = ("numpy", "math")  # modules whose functions make data
+CELL = "this cell"  # of a notebook, whose code stands in no file
 MODULE = "_crosscheck_edited"  # name of modules that are made of edited source
 Names = Mapping[str, Any]
 
@@ -40,6 +40,19 @@ class UserCode:
     statements: Sequence[ast.stmt]
     names: Names
     select: Callable[[Names], Any]
+
+    @property
+    def name(self) -> str:
+        """What sentences call the file."""
+        path = Path(self.file)
+        return CELL if path.is_absolute() and not path.exists() else path.name
+
+    @property
+    def place(self) -> str:
+        """The file, with the first and last line of the statements."""
+        first = min(each.lineno for each in self.statements)
+        last = max(each.end_lineno or each.lineno for each in self.statements)
+        return f"{self.name}:{first}-{last}"
 
     def compile(self, statement: ast.stmt) -> Any:
         """The code object of a statement, which may be an edited one."""
@@ -89,15 +102,14 @@ def find_module_code(module: ModuleType, name: str) -> UserCode | None:
 
     Without a name it is that of all parts of equations that the module defines.
     """
-    file = getattr(module, "__file__", None) or ""
+    names, first = vars(module), name.partition(".")[0]
+    select = partial(_select_named, name) if name else select_parts
+    return _read_code(names.get("__file__") or "", names, select, {first} if name else {*TAKES})
 
-    def select(defined: Names) -> Any:
-        if not name:
-            return select_parts(defined)
-        first, *others = name.split(".")
-        return functools.reduce(getattr, others, defined[first])
 
-    return _read_code(file, {"__package__": module.__package__}, select, lambda statement: True)
+def _select_named(name: str, defined: Names) -> Any:
+    first, *others = name.split(".")
+    return reduce(getattr, others, defined[first])
 
 
 def find_code(equations: Equations) -> UserCode | None:
@@ -109,65 +121,62 @@ def find_code(equations: Equations) -> UserCode | None:
 
 
 def find_object_code(source: Any) -> UserCode | None:
-    """The source of a factory, or of Equations of plain functions; None where it has none.
+    """The source of what was handed over, or of its parts; None where it has none, or several.
 
-    Functions and classes of the file are defined anew, and its data; other names have the values
-    that they have.
+    What it uses of its file is defined anew; other names have the values that they have.
     """
+    if (home := _find_home(source)) is not None:
+        names, name = home
+        return _read_code(_find_file(source, names), names, partial(_select_named, name), {name})
     functions: Names = {"": source}
     if isinstance(source, Equations):
         given = {part: getattr(source, part) for part in TAKES}
         functions = {part: each for part, each in given.items() if each is not None}
-    names, local_lines, files = dict[str, Any](), set[int](), set[str]()
-    for each in functions.values():
-        module = vars(sys.modules.get(getattr(each, "__module__", None) or "", ModuleType("")))
-        is_local = "<locals>" in getattr(each, "__qualname__", "<locals>")
-        if isinstance(each, type) and not is_local:
-            names |= module
-            files.add(module.get("__file__") or "")
+    names, wanted, local_lines = dict[str, Any](), dict[str, str](), set[int]()
+    files = set[str]()
+    for part, each in functions.items():
+        owner = getattr(each, "__self__", each)  # of a method
+        if (home := _find_home(owner)) is not None:
+            names |= home[0]
+            files.add(_find_file(owner, home[0]))
+            wanted[part] = home[1] + f".{each.__name__}" * (owner is not each)
         elif isinstance(each, FunctionType):
-            names |= each.__globals__
+            names |= each.__globals__ | _read_closure(each)
             files.add(each.__code__.co_filename)
-            if is_local:
-                names |= _read_closure(each)
-                local_lines.add(each.__code__.co_firstlineno)
+            wanted[part] = each.__name__
+            local_lines.add(each.__code__.co_firstlineno)
         else:
             return None
     if len(files) > 1:
         return None
 
     def select(defined: Names) -> Any:
-        made = {part: defined[each.__name__] for part, each in functions.items()}
+        made = {part: _select_named(name, defined) for part, name in wanted.items()}
         return replace(source, **made) if isinstance(source, Equations) else made[""]
 
-    def is_needed(statement: ast.stmt) -> bool:
-        is_definition = isinstance(statement, ast.FunctionDef | ast.ClassDef)
-        return is_definition or _is_data(statement, names)
-
-    return _read_code(files.pop(), names, select, is_needed, local_lines)
+    firsts = {name.partition(".")[0] for name in wanted.values()}
+    return _read_code(files.pop(), names, select, firsts, local_lines)
 
 
-def _is_data(statement: ast.stmt, names: Names) -> bool:
-    """Whether a statement gives data to names that still have them, and does nothing else.
+def _find_file(source: Any, names: Names) -> str:
+    """The file of a function, which may be a cell of a notebook, or of an object's module."""
+    code = getattr(source, "__code__", None)
+    return code.co_filename if code else names.get("__file__") or ""
 
-    It calls functions of libraries of numbers alone: any other might begin a trial again.
-    """
-    if not isinstance(statement, ast.Assign):
-        return False
-    calls = [node.func for node in ast.walk(statement) if isinstance(node, ast.Call)]
-    functions = list(map(ast.unparse, calls))
-    owners = [function.partition(".")[0] for function in functions]
-    stored = [node for target in statement.targets for node in ast.walk(target)]
-    targets = [node.id for node in stored if isinstance(node, ast.Name)]
-    is_of_library = (getattr(names.get(owner), "__name__", "") in LIBRARIES for owner in owners)
-    if not all(is_of_library) or any(".random." in function for function in functions):
-        return False
-    again = dict(names)
-    try:
-        exec(compile(ast.Module([statement], []), "", "exec"), again)
-        return all(pickle.dumps(again[name]) == pickle.dumps(names[name]) for name in targets)
-    except Exception:  # it takes what is there no more, or makes what cannot be compared
-        return False
+
+def _find_home(source: Any) -> tuple[Names, str] | None:
+    """The names of a module, and the one under which an object was made there."""
+    if isinstance(source, FunctionType):
+        homes = [source.__globals__]
+    elif isinstance(source, type):
+        homes = [vars(sys.modules.get(source.__module__, ModuleType("")))]
+    else:
+        homes = [vars(each) for each in [*sys.modules.values()] if hasattr(each, "__file__")]
+    for names in homes:
+        for name, value in names.items():
+            if value is source and name in list_made_names(_parse(_find_file(source, names))):
+                return names, name
+    return None
 
 
 def _read_closure(function: FunctionType) -> dict[str, Any]:
@@ -183,24 +192,32 @@ def _read_code(
     file: str,
     names: Names,
     select: Callable[[Names], Any],
-    is_needed: Callable[[ast.stmt], bool],
+    wanted: Iterable[str],
     local_lines: Iterable[int] = (),
 ) -> UserCode | None:
-    """The source of a file, with its statements at the top and local functions at these lines."""
+    """The source of names of a file and of local functions at these lines, with all that they use.
+
+    names: those that are there, with their values.
+    """
     text = "".join(linecache.getlines(file))
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError):  # a notebook's own commands
-        return None
-    statements = [statement for statement in tree.body if is_needed(statement)]
+    tree, local = _parse(file), list[ast.stmt]()
     for line in sorted(local_lines):
         at_line = [
             n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and _first(n) == line
         ]
         if not at_line:
             return None
-        statements += at_line
+        local += at_line
+    statements = [*select_statements(file, tree.body, names, {*wanted}, local), *local]
     return UserCode(file, text, statements, names, select) if statements else None
+
+
+def _parse(file: str) -> ast.Module:
+    """The statements of a file; none of a notebook's own commands."""
+    try:
+        return ast.parse("".join(linecache.getlines(file)))
+    except (SyntaxError, ValueError):
+        return ast.Module([], [])
 
 
 def _first(node: ast.FunctionDef) -> int:

@@ -157,11 +157,16 @@ class EditSearch:
         return sorted((each for each in self.mending if not each.wrong), key=get_badness)
 
     @property
+    def is_late(self) -> bool:
+        """Whether there is no time left."""
+        if self.energy_search is not None:
+            return self.energy_search.is_late
+        return time.process_time() - self.begun_s > self.budget_s
+
+    @property
     def is_spent(self) -> bool:
         """Whether there is nothing to mend, or no time left."""
-        if self.energy_search is not None:
-            return self.energy_search.is_spent
-        return not self.judge.states or time.process_time() - self.begun_s > self.budget_s
+        return not self.judge.states or self.is_late
 
     def try_rank(self, rank: int, *, is_likely: bool) -> None:
         """Try the edits of a rank where one can mend all that is wrong, or where none is likely to.

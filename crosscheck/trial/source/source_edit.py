@@ -7,14 +7,12 @@ import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.site import get_sign, is_sum
 from crosscheck.trial.source.syntax import SourceTree
 
-CELL = "this cell"  # of a notebook, whose code stands in no file
 MOST_NAMED = 2  # entries of a list in a sentence
 LONG = 20  # characters of a formula that is not shown for the sign of its last summand
 
@@ -129,6 +127,34 @@ class SourceAnswer:
             yield "judged with these numbers alone: other errors may look the same"
 
 
+@dataclass(frozen=True)
+class SourceSearch:
+    """The search of a user's source for the change that corrects it.
+
+    Args:
+        answer: The change; None without one.
+        place: The file and the lines where it was looked for; '' where nothing was, or in vain for
+            a reason that is known.
+        has_pairs: Whether two changes together were tried too.
+        is_late: Whether its time ended before all was tried.
+    """
+
+    answer: SourceAnswer | None = None
+    place: str = ""
+    has_pairs: bool = False
+    is_late: bool = False
+
+    @property
+    def sentences(self) -> Iterator[str]:
+        """The answer, or that there is none."""
+        if self.answer is not None:
+            yield from self.answer.sentences
+        elif self.place:
+            changes = f"no single change{' nor pair of changes' * self.has_pairs}"
+            late = "; time ran out before all were tried" * self.is_late
+            yield f"{self.place}: {changes} that was tried makes all parts right{late}"
+
+
 def _count_equal(old: Sequence[str], new: Sequence[str]) -> int:
     """The number of equal words at the beginning of two lists."""
     differing = (n for n, (a, b) in enumerate(zip(old, new, strict=False)) if a != b)
@@ -143,8 +169,8 @@ def _list_names(names: Sequence[str]) -> str:
 def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
     """The record of an edit that mends these entries."""
     node, other, lines = edit.node, edit.parse(), tree.code.text.splitlines()
-    path, line, last = Path(tree.code.file), node.lineno, node.end_lineno or node.lineno
-    file = CELL if path.is_absolute() and not path.exists() else path.name
+    file = tree.code.name
+    line, last = node.lineno, node.end_lineno or node.lineno
     before = "\n".join(lines[line - 1 : last])
     if edit.further or isinstance(node, ast.For | ast.While):
         return _describe_move(lines, edit, file, entries)

@@ -16,7 +16,7 @@ from crosscheck.trial.source.edits import RANKS
 from crosscheck.trial.source.libraries import quicken_libraries
 from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.search import BUDGET_S, DERIVING_BUDGET_S, EditSearch
-from crosscheck.trial.source.source_edit import SourceAnswer
+from crosscheck.trial.source.source_edit import SourceAnswer, SourceSearch
 
 CLOSING_S = 20  # [s] of processor time beyond the budgets, after which the process is ended
 MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
@@ -32,10 +32,15 @@ MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
 class RankOutcome(NamedTuple):
-    """The answer after a rank, if there is one, and whether the search is over."""
+    """The answer after a rank, if there is one, and whether the search is over, or out of time.
+
+    has_errors: whether there is anything to mend.
+    """
 
     answer: SourceAnswer | None
     is_over: bool
+    is_late: bool = False
+    has_errors: bool = True
 
 
 # Sources and what makes their answer keys, by the number of a search: workers know them that are
@@ -75,7 +80,8 @@ class RankTask(SelfKeyedTask):
         is_over = (
             answer is not None and answer.is_whole and answer.is_unequal == search.judge.is_unequal
         )
-        return RankOutcome(answer, is_over or search.is_spent)
+        is_late, has_errors = search.is_late, bool(search.judge.states)
+        return RankOutcome(answer, is_over or search.is_spent, is_late, has_errors)
 
     def _try_second(self, whole: EditSearch) -> RankOutcome:
         """Search for a second edit that, with the first, makes everything right.
@@ -90,7 +96,7 @@ class RankTask(SelfKeyedTask):
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         if answer is None or not answer.is_whole or len(answer.edits) > 1:
-            return RankOutcome(None, search.is_spent)
+            return RankOutcome(None, search.is_spent, search.is_late)
         edits = sorted((first, *answer.edits), key=lambda each: each.line)
         level = search.judge.level if search.judge.level != whole.judge.level else ""
         return RankOutcome(
@@ -103,7 +109,7 @@ def find_source_answer(
     make_answer_keys: MakeAnswerKeys,
     progress: ProgressCallback,
     scope: SearchScope = "all",
-) -> SourceAnswer | None:
+) -> SourceSearch:
     """Find the small edit of a source that makes it right, or some of its entries.
 
     make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. scope:
@@ -112,6 +118,7 @@ def find_source_answer(
     """
     number = next(_numbers)
     answer: SourceAnswer | None = None
+    place, is_late = "", False
     _requests[number] = code, make_answer_keys
     try:
         with Workers(1) as workers:
@@ -122,12 +129,14 @@ def find_source_answer(
                     outcome = workers.perform([task])[task]
                     # Then the code ended the worker, or raises as it is.
                     if isinstance(outcome, Failure):
-                        return answer
-                    answer = outcome.answer or answer
+                        return SourceSearch(answer)
+                    answer, is_late = outcome.answer or answer, is_late or outcome.is_late
+                    place = code.place if outcome.has_errors and scope != "likely" else ""
                     if outcome.is_over:
                         break
-                if answer is not None and not answer.wrong:
+                if not place or (answer is not None and not answer.wrong):
                     break
     finally:
         del _requests[number]
-    return answer if scope == "all" or (answer is not None and answer.is_whole) else None
+    is_told = scope == "all" or (answer is not None and answer.is_whole)
+    return SourceSearch(answer if is_told else None, place, scope == "all", is_late)

@@ -162,9 +162,17 @@ def make_answer_key(text: str, states: Sequence[Sequence[float]] = STATES) -> An
     names: dict = {}
     exec(text, names)
 
+    shapes = {}
+
     def bind(source):
         functions = source()
-        return lambda part, state: np.asarray(functions[part](list(states[state])))
+
+        def answer(part, state):
+            values = np.asarray(functions[part](list(states[state])))
+            assert values.shape == shapes.setdefault(part, values.shape)
+            return values
+
+        return answer
 
     answer = bind(names["make"])
     right = {part: np.array([answer(part, k) for k in range(3)]) for part in names["make"]()}
@@ -177,7 +185,7 @@ def search(
 ) -> SourceAnswer | None:
     """The answer to mistakes in a text, by right answers of its own or by others."""
     code = write_code(folder, text, *replaced)
-    return find_source_answer(code, lambda: keys or [make_answer_key(text)], ignore_progress)
+    return find_source_answer(code, lambda: keys or [make_answer_key(text)], ignore_progress).answer
 
 
 def find_answer(
@@ -458,9 +466,23 @@ def test_an_error_beside_one_that_no_edit_mends_is_named(tmp_path, right, wrong,
     assert "wrong" in next(iter(answer.sentences))
 
 
-@pytest.mark.parametrize("wrong", [(), [("w * p[i]", "w**3 * np.exp(p[i] + s)")]])
-def test_what_is_right_or_what_no_edit_mends_has_no_answer(tmp_path, wrong):
-    assert find_answer(tmp_path, *wrong) is None
+@pytest.mark.parametrize(
+    ("wrong", "seconds", "end"),
+    [
+        ((), 15.0, None),
+        ([("w * p[i]", "w**3 * np.exp(p[i] + s)")], 15.0, ""),
+        ([("w * p[i]", "w**3 * np.exp(p[i] + s)")], 0.0, "; time ran out before all were tried"),
+    ],
+    ids=["right", "vain", "late"],
+)
+def test_a_search_in_vain_says_where_and_how_far(tmp_path, monkeypatch, wrong, seconds, end):
+    monkeypatch.setattr("crosscheck.trial.source.search.BUDGET_S", seconds)
+    text = select_parts("moment")
+    code = write_code(tmp_path, text, *wrong)
+    found = find_source_answer(code, lambda: [make_answer_key(text)], ignore_progress)
+    words = "no single change nor pair of changes that was tried makes all parts right"
+    lines = f"mine.py:2-{len(text.splitlines())}"
+    assert [*found.sentences] == ([] if end is None else [f"{lines}: {words}{end}"])
 
 
 def test_the_sentence_quotes_the_line(tmp_path):

@@ -70,6 +70,14 @@ def bias(q, v):
 
 model = Equations(mass_matrix=mass_matrix, bias=bias)
 """
+MADE_AT_TOP = """multiply = lambda a, b: a * b
+moment = multiply(m2, c2) * l1
+
+class Chain:
+    def bias(self, q, v):
+        return bias(q, v)
+
+def bias("""
 SQUARE = "v[1] ** 2)", "v[1])"
 
 
@@ -96,12 +104,30 @@ def test_a_number_of_ones_own_in_the_place_of_the_files_is_its_name(tmp_path, ar
     assert (edit.line, edit.new) == (find_line(BY_FILE, "m1, m2,"), "b.mass")
 
 
-def test_data_of_the_module_of_given_functions_is_edited_too(tmp_path, arm, monkeypatch):
-    write_model(tmp_path, LITERAL, ("4.0, 2.5,", "4.0, 2.6,"))
+@pytest.mark.parametrize(
+    "give",
+    [
+        lambda mine: mine.model,
+        lambda mine: mine,
+        lambda mine: mine.chain,
+        lambda mine: Equations(bias=mine.chain.bias),
+        lambda mine: Equations(bias=mine.turn),
+    ],
+    ids=["equations", "module", "object", "method", "lambda"],
+)
+@pytest.mark.parametrize(
+    "wrong",
+    [("4.0, 2.5,", "4.0, 2.6,"), ("multiply(m2, c2)", "multiply(m2, c1)")],
+    ids=["number", "call"],
+)
+def test_what_stands_at_the_top_of_a_module_is_edited_too(give, wrong, tmp_path, arm, monkeypatch):
+    text = LITERAL.replace("def bias(", MADE_AT_TOP, 1).replace("m2 * c2 * l1 * np", "moment * np")
+    text += "turn = lambda q, v: bias(q, v)\nchain = Chain()\n"
+    write_model(tmp_path, text, wrong)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "mine", raising=False)
-    (edit,) = try_equations(importlib.import_module("mine").model, arm).change.edits
-    assert (edit.line, edit.new) == (find_line(LITERAL, "m1, m2,"), "2.5")
+    (edit,) = try_equations(give(importlib.import_module("mine")), arm).change.edits
+    assert edit.line == find_line(text, wrong[0])
 
 
 def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):

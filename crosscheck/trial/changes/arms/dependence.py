@@ -91,6 +91,32 @@ class Dependence:
                 drivers.append(name)
         return self._mark_tied_numbers(numbers, drivers)
 
+    @property
+    def is_of_richer_level(self) -> bool:
+        """Whether the equations follow a number of a joint that the level has not."""
+        names = list_number_names(self.comparison.problem.case.arm)
+        arms = [self._scale_numbers(name, {}) for name in names if name.startswith("joints")]
+        return self._unchanged_comparison is not None and any(
+            self._follows_alone(there) for there in self._compare_on_arms(arms) if there
+        )
+
+    def _follows_alone(self, there: EntryComparison) -> bool:
+        """Whether the equations change from the arm to another, and the level does not."""
+        here = self._unchanged_comparison
+        assert here is not None  # else nobody asks
+        moves = np.zeros(2, dtype=bool)
+        for quantity, right in here.reference_values.items():
+            if quantity in there.user_values:
+                rounding = here.sizes.tolerance(quantity) * here.sizes.entry_sizes(quantity)
+                for place, (new, old) in enumerate(
+                    (
+                        (there.user_values[quantity], here.user_values[quantity]),
+                        (there.reference_values[quantity], right),
+                    )
+                ):
+                    moves[place] |= bool((np.abs(new - old) > rounding).any())
+        return bool(moves[0] and not moves[1])
+
     def _judge_number(self, name: str, there: EntryComparison) -> IgnoredNumber | None:
         """Judgment on a number, by the comparison on an arm with another value of it."""
         unchanged = self._unchanged_comparison

@@ -209,11 +209,14 @@ class Target:
                     made = multiply(value, power)
                     yield TermChange("factor", (), made, cost, text), geared[joint]
         for name, mask in letters.items():
+            if not self.values[name].all():  # 0 has no ratio to another number
+                continue
             for other, right, ratio, exponents in self._generate_swaps(name, mask):
-                made, cost = multiply(ratio, exponents), 1.0 + other.cost
-                yield TermChange("swapped", (), made, cost, other.text, right), mask
-            if self.values[name].all():  # before a bracket
-                yield TermChange("factor", (), multiply(self.values[name]), 1.45, name), every
+                if ratio.all() or (exponents >= 0).all():  # else it divides by 0
+                    made, cost = multiply(ratio, exponents), 1.0 + other.cost
+                    yield TermChange("swapped", (), made, cost, other.text, right), mask
+            # Before a bracket.
+            yield TermChange("factor", (), multiply(self.values[name]), 1.45, name), every
         for key in self.keys:
             other_waves = self.column(key)
             signals = np.array([product.key.signal != key.signal for product in self.rows])

@@ -160,7 +160,7 @@ def _list_forms(
     for by, more in TIMES:
         yield "extra", by, by * size, 2.0 + more + 0.1 * length, "", ""
     for name, power in sorted(set.intersection(*({*each.powers} for each in monomials))):
-        if power == 1 and parse_letter(name).stem in ("L", "d"):
+        if power == 1 and parse_letter(name).stem in ("L", "d") and values[name].all():
             for other in values:
                 if other != name and parse_letter(other).stem in ("L", "d"):
                     made = size * (values[other] / values[name] - 1)
