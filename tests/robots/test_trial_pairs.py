@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.bench_robot_time import try_wrong
 from crosscheck.models.robot.file import load_robot
-from crosscheck.trial.changes.pairs import rank_pairs
+from crosscheck.trial.changes.pairs import PairSearch, Single, rank_pairs
 from crosscheck.trial.changes.search import CauseSearch
 
 
@@ -28,6 +28,13 @@ def test_pairs_of_rows_by_one_matrix():
     assert rank_pairs(rows, is_free, 2 * rows[4] + 3 * rows[5], owners) == []
     owners[3] = owners[1]
     assert rank_pairs(rows, is_free, rows[1] + rows[3], owners) == []
+
+
+def test_two_values_of_one_number_have_one_owner():
+    mass, search = SimpleNamespace(value=2.0), SimpleNamespace(problem=None, table=None)
+    values = [Single("", np.ones(3), number=mass, value=value) for value in (0.0, 4.0)]
+    twice, none, other = PairSearch(search, [*values, Single("", np.ones(3))]).owners
+    assert twice == none != other
 
 
 def test_of_pairs_of_changes_those_of_two_usual_ones_come_first():

@@ -51,6 +51,7 @@ CSV = {
     "no answers": "row,t_s\n1,0.5",
     "no row": changed(0, "number,force_1,force_2"),
     "semicolons": changed(0, GOOD[0].replace(",", ";")),
+    "tabs": changed(0, GOOD[0].replace(",", "\t")),
     "transposed": "row,1,2,3\nforce_1,5,6,7",
     "an unknown column": changed(0, "row,force_1,force_3"),
     "a column twice": changed(0, "row,force_1,force_1"),
