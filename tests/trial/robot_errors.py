@@ -334,14 +334,18 @@ def opposite_product_of_rates(q: Vector, v: Vector) -> Vector:
     return bias(q, v) - mixed * [1, 0, 0]
 
 
-def without_gyroscopic_torques(q: Vector, v: Vector, torque: Vector) -> Vector:
+def gyroscopic_torques(q: Vector, v: Vector) -> Vector:
     pose, rate = KANE.frames(q[None], v[None])
     gyroscopic = np.zeros(3)
     for number, own in enumerate(TRUNK.bodies):
         R, w = pose[number].rotation[0], rate[number].angular[0]
         moment = np.cross(w, R @ own.inertia @ R.T @ w)
         gyroscopic += pose[number].angular_partials[0].T @ moment
-    return np.linalg.solve(mass(q), torque - bias(q, v) + gyroscopic - gravity(q))
+    return gyroscopic
+
+
+def without_gyroscopic_torques(q: Vector, v: Vector, torque: Vector) -> Vector:
+    return np.linalg.solve(mass(q), torque - bias(q, v) + gyroscopic_torques(q, v) - gravity(q))
 
 
 DAMPING = np.array([0.3, 0.0, 0.2])
@@ -351,6 +355,9 @@ DERIVED = {
     "a branch left out": replace(RIGHT, mass_matrix=without_arms_in_the_first_entry),
     "own columns of w": replace(RIGHT, mass_matrix=without_own_columns),
     "sign of one product of rates": replace(RIGHT, bias=opposite_product_of_rates),
+    "gyroscopic torques halved": replace(
+        RIGHT, bias=lambda q, v: bias(q, v) - gyroscopic_torques(q, v) / 2
+    ),
     "no gyroscopic torques": Equations(acceleration=without_gyroscopic_torques),
     "friction of the other sign": Equations(
         force=lambda t, q, v, torque: torque - gravity(q) - DAMPING * v * [1, 1, -1],
