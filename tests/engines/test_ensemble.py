@@ -11,6 +11,7 @@ import xarray as xr
 
 from crosscheck.analytic import ensemble
 from crosscheck.analytic.ensemble import Group, group_models
+from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
@@ -183,6 +184,16 @@ def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
     assert np.isfinite(v[:first]).all()
     for values in (q, v, a, forces):
         assert np.isnan(values[first:]).all()
+
+
+def test_a_member_has_no_records_from_its_divergence_on():
+    group = Group((0, 1), [model_of("lumped", each) for each in members(2)])
+    records = Records(*np.zeros((4, 3, 6, 2)))
+    records.q[1:, 2, 1] = np.inf
+    group._mark(np.arange(3.0), records)
+    assert group.diverged_s == pytest.approx([np.nan, 1.0], nan_ok=True)
+    for values in records:
+        assert (np.isnan(values).all(axis=1) == [[False] * 2, [False, True], [False, True]]).all()
 
 
 def test_a_run_alone_that_diverges_says_when():
