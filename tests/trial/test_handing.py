@@ -14,6 +14,7 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
 from crosscheck.trial.input.supplied import bind_equations
+from crosscheck.trial.source.code import find_code
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 SCENARIO = load_scenario("constant-torque")
@@ -104,6 +105,11 @@ def test_from_python_nothing_is_a_file():
     equations = Equations(mass_matrix=lambda q: np.eye(2))
     assert build_equations(equations, ARM, None, "here") is equations
     assert payload(build_equations(lambda arm: equations, ARM, None, "here")) == 1.0
+
+
+def test_functions_of_the_package_are_nobodys_code():
+    assert find_code(Equations(bias=build_frame)) is None
+    assert find_code(Equations(bias=payload)).file == __file__
 
 
 def test_equations_of_another_arm_keep_the_code_that_they_came_from():

@@ -52,7 +52,7 @@ CSV = {
     "no row": changed(0, "number,force_1,force_2"),
     "semicolons": changed(0, GOOD[0].replace(",", ";")),
     "tabs": changed(0, GOOD[0].replace(",", "\t")),
-    "transposed": "row,1,2,3\nforce_1,5,6,7",
+    "transposed": "row,-0.25,2e3,3\nforce_1,5,6,7",
     "an unknown column": changed(0, "row,force_1,force_3"),
     "a column twice": changed(0, "row,force_1,force_1"),
     "half a vector": "row,force_1\n1,2",
