@@ -50,6 +50,11 @@ def test_axes_of_a_latin_hypercube_do_not_rise_together():
     assert np.abs(np.corrcoef(columns.T) - np.eye(6)).max() < 0.25
 
 
+def test_an_axis_of_an_entry_of_a_list_has_the_lists_name():
+    axis = {"path": "arm.gravity_m_per_s2.0", "kind": "list", "values": [0.0, 1.7]}
+    assert study([axis], arm="three-unlike").axes[0].name == "gravity_m_per_s2"
+
+
 @given(COUNTS, SEEDS, st.floats(0, 0.5))
 def test_uniform_tolerances_stay_within(count, seed, tolerance):
     law = {"kind": "uniform", "relative_tolerance": tolerance}
