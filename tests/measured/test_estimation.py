@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from crosscheck.identification.bandwidth import choose_bandwidth
-from crosscheck.identification.estimation import LinearFit, fit_linear, fit_part, joint_rms
+from crosscheck.identification.estimation import (
+    LinearFit,
+    choose_blocks,
+    fit_linear,
+    fit_part,
+    joint_rms,
+)
 from crosscheck.identification.sampling import space_signals
 from crosscheck.recordings.record import Record
 
@@ -52,6 +58,11 @@ def test_errors_of_a_constant_in_noise_that_is_alike():
         right = alike / np.sqrt(ROWS)
         assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(right, rel=0.15)
         assert np.std(means) == pytest.approx(right, rel=0.15)
+
+
+def test_no_block_spans_two_recordings():
+    noise = np.random.default_rng(0).normal(size=(1004, 1))
+    assert {0, 1000, 1004} <= set(choose_blocks(noise, [0, 1000, 1004]))
 
 
 def test_errors_that_joints_share_do_not_cancel():

@@ -188,6 +188,7 @@ def test_batches_cover_every_member_once_in_full_lanes(count):
     places = [task.arguments[1:] for task in cut]
     assert [places[0][0], places[-1][1]] == [0, count]
     assert all(left[1] == right[0] for left, right in pairwise(places))
-    assert len({task.key for task in cut}) == len(cut)
+    both = [task.key for each in ("version", "another") for task in make_batch_tasks(made, each)]
+    assert len(set(both)) == 2 * len(cut)
     if count > 32:
         assert batch_size(made) % 32 == 0

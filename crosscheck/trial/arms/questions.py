@@ -28,7 +28,6 @@ from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
     LEVELS,
-    MODELS,
     RIGID_ARM,
     RIGID_LEVELS,
     find_level_models,
@@ -389,8 +388,7 @@ class VerificationProblem:
     def engines(self, level: str = "") -> tuple[str, ...]:
         """The models to compare with, the reference first: of a rigid level, or geared ones."""
         if level:
-            models = find_level_models(level)
-            return tuple(sorted(models, key=lambda name: MODELS[name].order is None))
+            return find_level_models(level)
         geared = select_with_method("mass_matrix", model_names("geared"))
         return tuple(dict.fromkeys((reference_model(), *geared)))
 
