@@ -7,12 +7,7 @@ from crosscheck.checks.answers import Setting
 from crosscheck.checks.invariants import OPENED, constraint_residual
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
-from crosscheck.models.exudyn.bodies.contact import (
-    CARRIER,
-    PLANET,
-    WHEEL,
-    mesh_forces,
-)
+from crosscheck.models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, mesh_forces
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import Case, load_case
 from tests.loops import require_items

@@ -508,18 +508,18 @@ DEGREES = np.pi / 180 * np.eye(2)
 
 
 def written_in(
-    own: Equations, jacobian: object, zero: float = 0.0, rates: object = None
+    own: Equations, jacobian: object, zero: float = 0.0, rates: object = None, rows: object = None
 ) -> Equations:
     """Equations of q as those of x, of which q = jacobian @ x, the first from zero [rad].
 
-    rates: of q' = rates @ x', if not the same.
+    rates: of q' = rates @ x', if not the same; rows: likewise, whose transpose turns the torques.
     """
     J = np.array(jacobian, dtype=float)
     moving, offset = (J if rates is None else np.array(rates)), zero * np.eye(len(J))[0]
-    mass, bias = own.mass_matrix, own.bias
+    mass, bias, turned = own.mass_matrix, own.bias, (moving if rows is None else np.array(rows)).T
     written = Equations(
-        lambda x: moving.T @ mass(J @ x + offset) @ moving,
-        lambda x, v: moving.T @ bias(J @ x + offset, moving @ v),
+        lambda x: turned @ mass(J @ x + offset) @ moving,
+        lambda x, v: turned @ bias(J @ x + offset, moving @ v),
     )
     if own.gravity is None:
         force = own.force
@@ -529,7 +529,7 @@ def written_in(
 
         return replace(written, force=carried)
     weights = own.gravity
-    return replace(written, gravity=lambda x: moving.T @ weights(J @ x + offset))
+    return replace(written, gravity=lambda x: turned @ weights(J @ x + offset))
 
 
 def accelerate(own: Equations) -> Equations:
@@ -591,6 +591,10 @@ CASES: dict[str, Callable[[], Case]] = {
     "another zero": lambda: (
         TWO,
         written_in(robot_equations(TWO, "armature"), np.eye(2), np.pi / 2),
+    ),
+    "degrees but for torques": lambda: (
+        TWO,
+        written_in(robot_equations(TWO, "links"), DEGREES, rows=np.eye(2)),
     ),
     "another mass, no other coordinates": lambda: of_another(TWO, (body(1, mass=lambda m: 4.0),)),
     "two changes of the gravity alone": gravity_of_two_changes,
