@@ -65,10 +65,6 @@ def power_of_two(shifted: float) -> float:
     return math.nan if math.isnan(shifted) else math.ldexp(1.0, int(shifted - ROUNDING))
 
 
-def _divided(a: float, b: float) -> float:
-    return float(np.divide(a, b))
-
-
 class _Divisions(ast.NodeTransformer):
     """Division by 0 as IEEE 754 has it."""
 
@@ -92,7 +88,7 @@ def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
         "fma": fma,
         "sqrt": math.sqrt,
         "rint": lambda x: float(np.rint(x)),
-        "divided": _divided,
+        "divided": lambda a, b: float(np.divide(a, b)),
         "power_of_two": power_of_two,
         "pick": lambda rows, first, place: rows[first + int(place)],
         "at": lambda memory, place: Memory(memory.numbers, memory.first + place),

@@ -143,16 +143,12 @@ def first_touch(model: Model) -> Iterator[tuple[list[float], list[float]]]:
         )
         sun = min(at + ring for at, ring in zip(on_sun, on_ring, strict=True))
         of_sun, of_ring = (
-            _of_joint(given, joint)
+            given[joint] if isinstance(given, tuple) else given
             for given in (start.sun_planet_offset_m, start.planet_ring_offset_m)
         )
         apart = start.planet_offset_m[joint] if start.planet_offset_m else (0.0,) * len(planets)
         x_pr = [on_ring[n] + of_ring + apart[n] for n in planets]
         yield [sun + of_sun + of_ring - x_pr[n] for n in planets], x_pr
-
-
-def _of_joint(given: float | tuple[float, ...], joint: int) -> float:
-    return given[joint] if isinstance(given, tuple) else given
 
 
 def start_off(model: Model) -> float:

@@ -153,7 +153,7 @@ def add_drive_torques(record: Record, scenario: Scenario) -> Record:
 
 def place_knots(time: np.ndarray, spacing: int) -> np.ndarray:
     """Knots [s] with equally many samples between them, the ends DEGREE times more."""
-    count = max(round((time.size - 1) / spacing), 1)
+    count = round((time.size - 1) / spacing)
     places = np.linspace(0, time.size - 1, count + 1)
     inner = np.interp(places, np.arange(time.size), time)
     return np.concatenate([np.repeat(inner[0], DEGREE), inner, np.repeat(inner[-1], DEGREE)])

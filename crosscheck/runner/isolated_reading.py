@@ -34,7 +34,6 @@ class _ReadTask:
         try:
             return self.read()
         except InputError as error:
-            error.__context__ = None  # a package's error, which may be unfit for another process
             return error
 
 

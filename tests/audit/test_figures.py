@@ -160,3 +160,9 @@ def test_shelf_reads_a_run_once(tmp_path):
     first = shelf.load_courses({"one": variant}, 8)["one"]
     assert shelf.load_courses({"one": variant}, 9)["one"] is first
     assert (shelf.context.study.computed_count, shelf.context.study.cached_count) == (1, 0)
+
+
+def test_the_chapter_of_figures_says_which_damping_they_have(monkeypatch):
+    monkeypatch.setattr(figures, "draw_figures", lambda context, numbers: [])
+    context = SimpleNamespace(scale=SimpleNamespace(first_seed=3))
+    assert "Figures 8, 9, 11 to 14" in figures.build_chapter(context).html

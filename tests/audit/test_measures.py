@@ -322,6 +322,11 @@ def test_zero_acceleration_and_open_teeth():
     assert closed["apart_at_zero"] == pytest.approx(0.010 / 1.06, rel=0.1)
     assert closed["apart_windows"] == 1
     assert measure_transient_pd(*made(everywhere, force=open_))["apart_at_zero"] > 0.99
+    # Teeth apart at one sample alone, the last before the zero or the first after it, count too.
+    before = np.flatnonzero(np.diff(np.signbit(made(everywhere)[0].theta_ddot[:, 0])))
+    for at in (before, before + 1):
+        beside = np.where(np.isin(np.arange(TIME.size), at), 0.0, FORCE)
+        assert measure_transient_pd(*made(everywhere, force=beside))["apart_at_zero"] > 0.99
     assert measure_transient_pd(*made(0 * everywhere))["zero_windows"] == 0
 
 

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import product
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck import signals
-from crosscheck.audit.experiments import experiments
+from crosscheck.audit.experiments import ensembles, experiments
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleNumbersQuestion
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
 from crosscheck.audit.experiments.paper_conditions import (
@@ -31,6 +32,7 @@ from crosscheck.audit.measures.run_signals import (
     simulate_signals,
 )
 from crosscheck.audit.measures.undefined import UNDEFINED, combine_answers, format_number
+from crosscheck.models.errors import Diverged
 from crosscheck.registry import build
 from tests.audit.runs import simulate
 
@@ -186,3 +188,10 @@ def test_open_decisions_leave_the_whole_open(one, other, third):
 @given(value=NUMBER)
 def test_a_number_that_is_none_is_a_word(value):
     assert (format_number(value) == UNDEFINED) == (value is None or not math.isfinite(value))
+
+
+def test_a_run_that_diverges_keeps_its_place(monkeypatch):
+    monkeypatch.setattr(ensembles, "extract_signals", lambda run: run)
+    diverged = Mock(side_effect=Diverged("a model", 0.1))
+    models = [Mock(simulate=each) for each in (diverged, Mock(return_value="run"))]
+    assert ensembles.run_side_by_side(models) == [diverged.side_effect, "run"]

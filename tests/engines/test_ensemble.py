@@ -1,6 +1,5 @@
 """Members side by side: nobody depends on a neighbour."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,6 +10,7 @@ import xarray as xr
 
 from crosscheck.analytic import ensemble
 from crosscheck.analytic.ensemble import Group, group_models
+from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
@@ -142,26 +142,17 @@ def test_every_record_is_in_one_chunk(models, right, monkeypatch):
     for name in ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"):
         found = np.concatenate([getattr(chunk, name) for chunk in chunks])
         for place in range(5):
-            assert_same_planets(found[..., place], right[place][name].values)
-
-
-def assert_same_planets(found: np.ndarray, right: np.ndarray) -> None:
-    """Lumped, one planet stands for all. Free displacements are added in another order."""
-    planets = found.shape[2]
-    assert planets in (1, right.shape[2])
-    np.testing.assert_allclose(found, right[:, :, :planets], rtol=1e-15, atol=0)
-
-
-def with_wild(models: Sequence[AnalyticModel], kind: str, place: int) -> list[AnalyticModel]:
-    """The same, one of them under a gain far beyond what its step can follow."""
-    wild = Member(5.0, 0.5, FAR_TOO_STIFF, 0.0)
-    return [*models[:place], model_of(kind, wild), *models[place:]]
+            whole, planets = right[place][name].values, found.shape[2]
+            assert planets in (1, whole.shape[2])  # lumped, one planet stands for all
+            # Free displacements are added in another order.
+            np.testing.assert_allclose(found[..., place], whole[:, :, :planets], rtol=1e-15, atol=0)
 
 
 @pytest.mark.parametrize("place", [0, 3, 8])
 def test_who_diverges_disturbs_nobody(place):
     calm = [model_of("lumped", member) for member in members(8)]
-    found = run_models(with_wild(calm, "lumped", place))
+    stiff = model_of("lumped", Member(5.0, 0.5, FAR_TOO_STIFF, 0.0))
+    found = run_models([*calm[:place], stiff, *calm[place:]])
     wild = found.pop(place)
     assert isinstance(wild, Diverged)
     assert all(same(run, one) for run, one in zip(found, run_models(calm), strict=True))
@@ -183,6 +174,16 @@ def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
     assert np.isfinite(v[:first]).all()
     for values in (q, v, a, forces):
         assert np.isnan(values[first:]).all()
+
+
+def test_a_member_has_no_records_from_its_divergence_on():
+    group = Group((0, 1), [model_of("lumped", each) for each in members(2)])
+    records = Records(*np.zeros((4, 3, 6, 2)))
+    records.q[1:, 2, 1] = np.inf
+    group._mark(np.arange(3.0), records)
+    assert group.diverged_s == pytest.approx([np.nan, 1.0], nan_ok=True)
+    for values in records:
+        assert (np.isnan(values).all(axis=1) == [[False] * 2, [False, True], [False, True]]).all()
 
 
 def test_a_run_alone_that_diverges_says_when():

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 
 from crosscheck.identification import forward, output, restrictions
 from crosscheck.identification.compare import RecordComparison
-from crosscheck.identification.forward import Window
 from crosscheck.identification.mechanism import PlanarArm
 from crosscheck.identification.restrictions import FileJudgement, Restriction
 from crosscheck.models.arm.arm import Arm
@@ -164,13 +163,6 @@ def wrong_chances() -> Iterator[str]:
         yield "a number that no file may hold"
 
 
-def run_again() -> list[Window]:
-    """Runs of the file's numbers, which leave the record."""
-    record = kept().record
-    pairs = [(record, record.motor_torque)]
-    return list(forward.run_windows(pairs, kept().comparison.mechanism, LEVEL, TOLERANCES))
-
-
 @lru_cache
 def right_windows() -> list[dict[str, Any]]:
     """Of the second program."""
@@ -179,7 +171,8 @@ def right_windows() -> list[dict[str, Any]]:
 
 def wrong_runs() -> Iterator[str]:
     """Of the runs, their file and their picture: E and the uncertainties of ASME V&V 20."""
-    windows = run_again()
+    pairs = [(kept().record, kept().record.motor_torque)]  # the file's numbers leave the record
+    windows = list(forward.run_windows(pairs, kept().comparison.mechanism, LEVEL, TOLERANCES))
     if len(windows) != len(right_windows()):
         yield "number of runs"
         return

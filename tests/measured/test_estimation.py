@@ -3,26 +3,22 @@
 import numpy as np
 import pytest
 
+from crosscheck.identification import estimation
 from crosscheck.identification.bandwidth import choose_bandwidth
-from crosscheck.identification.estimation import LinearFit, fit_linear, fit_part, joint_rms
+from crosscheck.identification.estimation import fit_linear, fit_part, joint_rms
 from crosscheck.identification.sampling import space_signals
 from crosscheck.recordings.record import Record
 
 ROWS = 600
 
 
-def fit_constant(seed: int = 0) -> LinearFit:
-    """A constant torque in noise, of which every row is worth as much."""
-    torque = 3.0 + np.random.default_rng(seed).standard_normal((ROWS, 1))
-    shown = np.ones((ROWS, 1), dtype=bool)
-    return fit_linear(np.ones((ROWS, 1, 1)), torque, shown, (0, ROWS))
-
-
 def test_an_interval_is_of_students_distribution():
     """One block less than there are, twice, is what its degrees of freedom are."""
     from scipy.stats import t  # slow to import, in every process that collects tests
 
-    fit = fit_constant()
+    torque = 3.0 + np.random.default_rng(0).standard_normal((ROWS, 1))
+    shown = np.ones((ROWS, 1), dtype=bool)
+    fit = fit_linear(np.ones((ROWS, 1, 1)), torque, shown, (0, ROWS))
     expected = t.ppf(0.975, 2 * (len(fit.edges) - 2)) * fit.errors
     assert fit.half_widths == pytest.approx(expected, rel=1e-12)
 
@@ -52,6 +48,11 @@ def test_errors_of_a_constant_in_noise_that_is_alike():
         right = alike / np.sqrt(ROWS)
         assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(right, rel=0.15)
         assert np.std(means) == pytest.approx(right, rel=0.15)
+
+
+def test_no_block_spans_two_recordings():
+    noise = np.random.default_rng(0).normal(size=(1004, 1))
+    assert {0, 1000, 1004} <= set(estimation.choose_blocks(noise, [0, 1000, 1004]))
 
 
 def test_errors_that_joints_share_do_not_cancel():

@@ -185,7 +185,9 @@ WRITTEN = {  # another way to write the same table
     "gaps in an unused column": lambda rows: [
         ",".join([*row, "3" if n % 2 else ""]) for n, row in enumerate(rows)
     ],
-    "quoted words": lambda rows: [",".join([*row, '"a, b"']) for row in rows],
+    "quoted words": lambda rows: [
+        ",".join([*row, ' "a, b"' if n else "note"]) for n, row in enumerate(rows)
+    ],
     "an unused column twice": lambda rows: [",".join([*row, "note", "note"]) for row in rows],
     "a hash before the names": lambda rows: ["# " + ",".join(rows[0]), *map(",".join, rows[1:])],
     "a byte order mark": lambda rows: ["\ufeff" + ",".join(rows[0]), *map(",".join, rows[1:])],

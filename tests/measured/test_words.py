@@ -156,6 +156,14 @@ def test_an_estimate_that_another_band_moves_has_no_interval(snapshot: SnapshotA
     assert combine_bands([FACTOR], 1.0, [noisy]) == (FACTOR,)
 
 
+@pytest.mark.parametrize(("doubled", "is_tilt"), [(None, True), (1.5, False)])
+def test_gravity_that_another_band_moves_is_no_tilt(doubled, is_tilt):
+    term = TorqueTerm("gravity", "gravity along x beyond the file's", "m/s^2", 0.0)
+    leaning = TermEstimate(term, 1.0, 0.005, 0.01, doubled=doubled)
+    weighed = made(select=lambda kind: [leaning], find_worse_joints=lambda other: {})
+    assert bool(compare._find_tilt(arm(), weighed, made())) == is_tilt
+
+
 def test_an_error_that_other_bands_make_stands_beside_its_estimate(snapshot: SnapshotAssertion):
     apart = TermEstimate(FACTOR.term, 1.25, 0.01, 0.02, systematic=0.006)
     given = side(

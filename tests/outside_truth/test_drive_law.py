@@ -83,6 +83,12 @@ def test_torques_are_those_of_the_law(law):
         assert np.array(forces) == pytest.approx(expected, rel=1e-12, abs=1e-12), name
 
 
+@pytest.mark.parametrize(("motors", "right"), [(None, [5, 5]), ((1,), [0, 5]), ((), [0, 0])])
+def test_joints_without_a_motor_have_no_torque(motors, right):
+    data = drive_data(scenario(kind="constant", torque_N_m=5.0), 2, motors)
+    assert data.gains[:, 0].tolist() == right
+
+
 def test_a_kernels_text_holds_the_ends_of_a_table_and_is_straight_between():
     times, torques = np.array([0.0, 0.5, 2.0]), np.array([[0.0, 8.0, 2.0], [1.0, 1.5, -3.0]])
     text: dict[str, Any] = {"array": np.ndarray, "fma": lambda a, b, c: a * b + c}

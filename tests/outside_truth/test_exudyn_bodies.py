@@ -7,12 +7,7 @@ from crosscheck.checks.answers import Setting
 from crosscheck.checks.invariants import OPENED, constraint_residual
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
-from crosscheck.models.exudyn.bodies.contact import (
-    CARRIER,
-    PLANET,
-    WHEEL,
-    mesh_forces,
-)
+from crosscheck.models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, mesh_forces
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import Case, load_case
 from tests.loops import require_items
@@ -55,7 +50,10 @@ def wheel_centre(model: ExudynBodies, toothed: GearPair, pose: np.ndarray) -> co
     return complex(x, y) + length * np.exp(1j * angle)
 
 
-def test_a_model_whose_joints_never_open_has_a_gap(monkeypatch):
+@pytest.mark.parametrize(
+    "answered", [lambda opened: None, lambda opened: opened - OPENED], ids=["not", "too little"]
+)
+def test_a_model_whose_joints_do_not_open_as_asked_has_a_gap(answered, monkeypatch):
     """Closed joints alone would be those of a model that makes up its residuals."""
     model = bodies()
     asked = model, Setting(Case(model.arm, model.scenario, model.switches), "", 2, 0)
@@ -64,7 +62,9 @@ def test_a_model_whose_joints_never_open_has_a_gap(monkeypatch):
     monkeypatch.setattr(
         ExudynBodies,
         "constraint_residual",
-        lambda self, q, v, a, opened=None: closed(self, q, v, a),
+        lambda self, q, v, a, opened=None: closed(
+            self, q, v, a, None if opened is None else answered(opened)
+        ),
     )
     assert constraint_residual(*asked).min() > OPENED / 2
 

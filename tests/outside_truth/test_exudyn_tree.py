@@ -22,20 +22,16 @@ def tree(*settings: str, **switches: str) -> ExudynTree:
     return ExudynTree(*case)
 
 
-def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """The textbook method on the model's own accelerations, its clock k h."""
-    from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))
-    q, v = (from_tree @ part for part in model.start())
-    return stepped(lambda k, q, v: model.acceleration(k * h, q, v), q, v, steps, steps * h)
-
-
 @pytest.mark.parametrize("phase", ["angle", "omega_t"])
 def test_connectors_and_motors_act_at_the_times_of_the_stages(phase):
     settings = ("scenario.step_s=1e-5", "scenario.duration_s=0.003", "scenario.record_every=7")
     case = load_case("paper-labelled", "back-and-forth", {"phase": phase}, settings)
     model = ExudynTree(*case)
     run = model.simulate()
-    q, v = classic_rk4(model, 1e-5, 300)
+    from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))
+    start = (from_tree @ part for part in model.start())
+    # The textbook method on the model's own accelerations, its clock k h.
+    q, v = stepped(lambda k, q, v: model.acceleration(k * 1e-5, q, v), *start, 300, 300 * 1e-5)
     end = run.isel(time=-1)
     np.testing.assert_allclose(run.time, 1e-5 * np.arange(0, 301), rtol=4 * EPSILON)
     # 300 steps round rotations below 0.1 rad to 1e-17 each; rates follow with the modes' 3e4 rad/s.

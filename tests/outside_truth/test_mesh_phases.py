@@ -57,11 +57,6 @@ def ring_delay(ring_teeth: int, place: float) -> float:
     return -ring_teeth * place / TURN
 
 
-def ring_after_sun(planet_teeth: int) -> float:
-    """Cycles from the sun mesh to the ring mesh of one planet, of standard teeth."""
-    return 0.0 if planet_teeth % 2 else 0.5
-
-
 def off(cycles: float) -> float:
     """Distance from a whole number of cycles."""
     return abs(cycles - round(cycles))
@@ -102,10 +97,11 @@ def test_planets_that_do_not_assemble_are_seen_to_overlap():
 @given(stages)
 def test_phases_of_drawn_gears(stage):
     sun, ring = delays(stage)
+    after_sun = 0.0 if stage.planet.teeth % 2 else 0.5  # cycles, of standard teeth
     for planet, place in require_items(enumerate(stage.places)):
         assert off(sun[planet] - sun[0] - sun_delay(stage.sun.teeth, place)) < DRAWN
         assert off(ring[planet] - ring[0] - ring_delay(stage.ring.teeth, place)) < DRAWN
-        assert off(ring[planet] - sun[planet] - ring_after_sun(stage.planet.teeth)) < DRAWN
+        assert off(ring[planet] - sun[planet] - after_sun) < DRAWN
 
 
 # Wind turbine stage of 21, 39 and 99 teeth: S. Shweiki, D. Mundo, J. Korta, P. Oranges, A. Palermo,

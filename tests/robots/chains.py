@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -256,3 +257,9 @@ def _solid(draw: random.Random) -> Solid:
 
 def _three(draw: random.Random, size: float) -> list[float]:
     return [draw.uniform(-size, size) for _ in range(3)]
+
+
+def build_wrong_exudyn(name: str, own: Robot, level: str) -> Any:
+    """The model of an engine; Exudyn's has a hundredth more gravity."""
+    gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
+    return build_robot_model(name, replace(own, gravity=gravity), level)

@@ -122,14 +122,10 @@ class Wrong(RobotModel):
 
 @lru_cache
 def sizes_of(level: Level, seed: int) -> Sizes:
-    """Sizes at states."""
-    return Sizes(level, drawn_states(level, seed))
-
-
-def drawn_states(level: Level, seed: int) -> RandomStates:
-    """States as the program draws them."""
+    """Sizes at states as the program draws them."""
     states = sample_states(robot(NAME), STATES, seed)
-    return robots.add_mesh_states(robot(NAME), states) if level == "geared" else states
+    is_geared = level == "geared"
+    return Sizes(level, robots.add_mesh_states(robot(NAME), states) if is_geared else states)
 
 
 def wrong_verdicts() -> Iterator[str]:

@@ -17,6 +17,7 @@ from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import tasks
+from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
 from tests.robots.cost_guard import found_cost
 from tests.tool.test_bad_input import assert_one_line
@@ -133,13 +134,7 @@ def test_numbers_that_an_arm_lacks_belong_in_its_own_file(tmp_path):
 
 
 def test_engines_that_differ_are_reported_and_fail_the_command(monkeypatch, crosscheck):
-    right = tasks.build_robot_model
-
-    def wrong(name, own, level):
-        gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
-        return right(name, replace(own, gravity=gravity), level)
-
-    monkeypatch.setattr(tasks, "build_robot_model", wrong)
+    monkeypatch.setattr(tasks, "build_robot_model", chains.build_wrong_exudyn)
     answer = crosscheck("cost", "sliding", "--quick")
     assert answer.code == 1
     assert "engines differ: gravity of coupled: analytic and exudyn by" in answer.out

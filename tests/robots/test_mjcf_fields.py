@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
@@ -39,13 +38,6 @@ def write_file(**places: str) -> str:
     return ARM.format(**dict.fromkeys(PLACES, "") | places)
 
 
-def list_fields(model) -> Iterator[str]:
-    for owner, prefix in ((model, ""), (model.opt, "opt.")):
-        for name in dir(owner):
-            if not name.startswith("_") and not callable(getattr(owner, name)):
-                yield prefix + name
-
-
 def test_every_field_of_a_compiled_model_is_used_or_of_no_motion():
     text = write_file(
         joint='range="0 1" frictionloss="1"',
@@ -57,7 +49,9 @@ def test_every_field_of_a_compiled_model_is_used_or_of_no_motion():
     recorder = Recorder(model, used)
     writer._Writer(mujoco, spec, recorder, "arm.xml").write(notes.list_notes(mujoco, recorder, 0))
     writer._find_gravity(mujoco, recorder)
-    fields = set(list_fields(model)) - {"opt"}
+    owners = (("", model), ("opt.", model.opt))
+    every = {f"{at}{n}": getattr(own, n) for at, own in owners for n in dir(own) if n[0] != "_"}
+    fields = {name for name, value in every.items() if not callable(value)} - {"opt"}
     assert {field.name for field in notes.FIELDS} | set(COMPANIONS.values()) <= used & fields
     idle = {f for f in fields if any(re.fullmatch(each, f) for each in NO_MOTION.values())}
     assert fields - used - idle - COMPANIONS.keys() == set()

@@ -161,17 +161,13 @@ def in_order(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
     return ordered
 
 
-def ordered_bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return in_order(elastic_bias)(x, v)
-
-
 PARTS = {"mass_matrix": elastic_mass, "bias": elastic_bias, "gravity": elastic_hold}
 ELASTIC_FORMS: dict[str, Equations] = {
     "parts": Equations(level="elastic", **PARTS),
     "acceleration": Equations(acceleration=elastic_acceleration, level="elastic"),
     "joint by joint": Equations(
         mass_matrix=lambda x: in_order(elastic_mass)(x),
-        bias=ordered_bias,
+        bias=lambda x, v: in_order(elastic_bias)(x, v),
         gravity=lambda x: in_order(elastic_hold)(x),
         coordinates=Coordinates(order=ORDER),
         level="elastic",

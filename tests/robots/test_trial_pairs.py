@@ -7,8 +7,9 @@ import pytest
 
 from benchmarks.bench_robot_time import try_wrong
 from crosscheck.models.robot.file import load_robot
-from crosscheck.trial.changes.pairs import rank_pairs
-from crosscheck.trial.changes.search import CauseSearch
+from crosscheck.trial.changes.arms import steps
+from crosscheck.trial.changes.pairs import PairSearch, Single, rank_pairs
+from crosscheck.trial.changes.search import Cause, CauseSearch
 
 
 def test_no_pair_explains_a_wave_in_every_part():
@@ -30,7 +31,20 @@ def test_pairs_of_rows_by_one_matrix():
     assert rank_pairs(rows, is_free, rows[1] + rows[3], owners) == []
 
 
+def test_two_values_of_one_number_have_one_owner():
+    mass, search = SimpleNamespace(value=2.0), SimpleNamespace(problem=None, table=None)
+    values = [Single("", np.ones(3), number=mass, value=value) for value in (0.0, 4.0)]
+    twice, none, other = PairSearch(search, [*values, Single("", np.ones(3))]).owners
+    assert twice == none != other
+
+
 def test_of_pairs_of_changes_those_of_two_usual_ones_come_first():
     pairs = SimpleNamespace(find_pairs=lambda _: {"a and b": False, "c and d": True}.items())
     causes = CauseSearch.find_pair_causes(pairs)
     assert [cause.usual for cause in causes] == [True, False]
+
+
+def test_a_number_of_an_arms_file_left_out_is_named_once(monkeypatch):
+    causes = [Cause("link 2: left out", True), Cause("link 2: mass, 0 kg", True, path="mass_kg")]
+    monkeypatch.setattr(steps, "find_explanations", lambda *_: ("links", causes))
+    assert steps.find_changes({}, [], lambda _: []).words == ["link 2: mass, 0 kg"]

@@ -118,11 +118,7 @@ def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away(
 
 
 # What a wrong column of a turning joint is: factors on the velocity and on w.
-COLUMNS = {
-    "its Jacobian": (0, 0),
-    "its centre's velocity": (0, 1),
-    "its angular velocity": (1, 0),
-}
+COLUMNS = {"its Jacobian": (0, 0), "its centre's velocity": (0, 1), "its angular velocity": (1, 0)}
 
 
 @pytest.mark.parametrize("words", COLUMNS)

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,7 +32,7 @@ from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
-from tests.robots import two_link
+from tests.robots import chains, two_link
 from tests.robots.chains import BOB, LIMIT, Solid, joint, link, random_chain, robot, urdf
 from tests.schemas import assert_follows
 
@@ -75,13 +74,7 @@ def test_a_urdf_alone_is_validated_with_all_its_files(crosscheck, tmp_path, bob)
 
 
 def test_an_engine_that_is_wrong_is_named_and_fails_the_command(crosscheck, monkeypatch, bob):
-    right = tasks.build_robot_model
-
-    def wrong(name, own, level):
-        gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
-        return right(name, replace(own, gravity=gravity), level)
-
-    monkeypatch.setattr(tasks, "build_robot_model", wrong)
+    monkeypatch.setattr(tasks, "build_robot_model", chains.build_wrong_exudyn)
     answer = crosscheck("validate", bob, "--quick")
     assert answer.code == 1
     assert "differ states/bob/links/gravity/analytic:links~exudyn:links" in answer.out

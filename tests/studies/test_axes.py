@@ -50,6 +50,11 @@ def test_axes_of_a_latin_hypercube_do_not_rise_together():
     assert np.abs(np.corrcoef(columns.T) - np.eye(6)).max() < 0.25
 
 
+def test_an_axis_of_an_entry_of_a_list_has_the_lists_name():
+    axis = {"path": "arm.gravity_m_per_s2.0", "kind": "list", "values": [0.0, 1.7]}
+    assert study([axis], arm="three-unlike").axes[0].name == "gravity_m_per_s2"
+
+
 @given(COUNTS, SEEDS, st.floats(0, 0.5))
 def test_uniform_tolerances_stay_within(count, seed, tolerance):
     law = {"kind": "uniform", "relative_tolerance": tolerance}
@@ -183,6 +188,7 @@ def test_batches_cover_every_member_once_in_full_lanes(count):
     places = [task.arguments[1:] for task in cut]
     assert [places[0][0], places[-1][1]] == [0, count]
     assert all(left[1] == right[0] for left, right in pairwise(places))
-    assert len({task.key for task in cut}) == len(cut)
+    both = [task.key for each in ("version", "another") for task in make_batch_tasks(made, each)]
+    assert len(set(both)) == 2 * len(cut)
     if count > 32:
         assert batch_size(made) % 32 == 0

@@ -14,12 +14,6 @@ from tests.tool.test_bad_input import assert_one_line
 pytestmark = pytest.mark.system
 
 
-def _workers(program: int) -> list[int]:
-    """Of its processes those that run batches: the children of the command's."""
-    commands = psutil.Process(program).children()
-    return [child.pid for command in commands for child in command.children()]
-
-
 def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:
     """Begin a study and kill it when three batches are kept; how many are."""
     program = studies.sweeping(file, out, "--jobs", jobs, hold=hold)
@@ -87,7 +81,8 @@ def test_a_worker_that_dies_costs_its_batch_alone(undisturbed, tmp_path, hold):
     holding = hold(1, 2)
     program = studies.sweeping(file, out, "--jobs", 2, hold=holding)
     studies.wait_for_batches(out, 1, program)
-    os.kill(_workers(program.pid)[0], signal.SIGKILL)
+    commands = psutil.Process(program.pid).children()  # whose children run batches
+    os.kill(next(child.pid for each in commands for child in each.children()), signal.SIGKILL)
     holding.release()
     code, _, err = studies.finished(program)
     assert code == 0, err

@@ -130,19 +130,6 @@ class ReplayedCrossCheck:
         return self.result
 
 
-def require_content(file: Path) -> None:
-    """Demand that a file has content, and one of JSON no number that JSON does not have."""
-    assert file.stat().st_size, file
-    if file.suffix == ".json":
-        json.loads(file.read_text(encoding="utf-8"), parse_constant=pytest.fail)
-
-
-def list_written(answer: Answer) -> set[str]:
-    """The files that a command says it wrote."""
-    lines = re.findall(r"^wrote ([^:\n]+)", answer.out, re.MULTILINE)
-    return {name.strip() for line in lines for name in line.split(" and ")}
-
-
 @pytest.fixture
 def perform(crosscheck: Command, mechanism: MechanismFile) -> Callable[..., Answer]:
     """``perform(arguments, files)``: the command, which must end well and write these files."""
@@ -151,11 +138,14 @@ def perform(crosscheck: Command, mechanism: MechanismFile) -> Callable[..., Answ
         answer = crosscheck(*arguments.split())
         assert answer.code in (0, 1), answer.err
         assert "Traceback" not in answer.err
-        written = list_written(answer)
+        lines = re.findall(r"^wrote ([^:\n]+)", answer.out, re.MULTILINE)
+        written = {name.strip() for line in lines for name in line.split(" and ")}
         assert {Path(name).name for name in written} >= {Path(name).name for name in files}
         for path in map(Path, (*written, *files)):
             for file in path.glob("*.csv") if path.is_dir() else (path,):
-                require_content(file)
+                assert file.stat().st_size, file
+                if file.suffix == ".json":  # without a number that JSON does not have
+                    json.loads(file.read_text(encoding="utf-8"), parse_constant=pytest.fail)
         return answer
 
     return command

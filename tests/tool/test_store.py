@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.audit.experiments.study import Question, Records, Study
-from crosscheck.models.directories import cache_folder
+from crosscheck.models.directories import PrivacyError, cache_folder, require_private
 from crosscheck.models.errors import InputError
 from crosscheck.runner.store import Store, clear
 from tests.obstacles import obstruct
@@ -60,6 +60,8 @@ def test_folder_and_entries_are_the_users_alone(folder):
     assert folder.stat().st_mode & 0o777 == 0o700
     assert entry(folder).stat().st_mode & 0o777 == 0o600
     folder.chmod(0o777)
+    with pytest.raises(PrivacyError, match="written by others"), require_private(entry(folder)):
+        pass
     asked(folder, 3.0)
     assert folder.stat().st_mode & 0o777 == 0o700
 

@@ -334,14 +334,18 @@ def opposite_product_of_rates(q: Vector, v: Vector) -> Vector:
     return bias(q, v) - mixed * [1, 0, 0]
 
 
-def without_gyroscopic_torques(q: Vector, v: Vector, torque: Vector) -> Vector:
+def gyroscopic_torques(q: Vector, v: Vector) -> Vector:
     pose, rate = KANE.frames(q[None], v[None])
     gyroscopic = np.zeros(3)
     for number, own in enumerate(TRUNK.bodies):
         R, w = pose[number].rotation[0], rate[number].angular[0]
         moment = np.cross(w, R @ own.inertia @ R.T @ w)
         gyroscopic += pose[number].angular_partials[0].T @ moment
-    return np.linalg.solve(mass(q), torque - bias(q, v) + gyroscopic - gravity(q))
+    return gyroscopic
+
+
+def without_gyroscopic_torques(q: Vector, v: Vector, torque: Vector) -> Vector:
+    return np.linalg.solve(mass(q), torque - bias(q, v) + gyroscopic_torques(q, v) - gravity(q))
 
 
 DAMPING = np.array([0.3, 0.0, 0.2])
@@ -351,6 +355,9 @@ DERIVED = {
     "a branch left out": replace(RIGHT, mass_matrix=without_arms_in_the_first_entry),
     "own columns of w": replace(RIGHT, mass_matrix=without_own_columns),
     "sign of one product of rates": replace(RIGHT, bias=opposite_product_of_rates),
+    "gyroscopic torques halved": replace(
+        RIGHT, bias=lambda q, v: bias(q, v) - gyroscopic_torques(q, v) / 2
+    ),
     "no gyroscopic torques": Equations(acceleration=without_gyroscopic_torques),
     "friction of the other sign": Equations(
         force=lambda t, q, v, torque: torque - gravity(q) - DAMPING * v * [1, 1, -1],
@@ -501,18 +508,18 @@ DEGREES = np.pi / 180 * np.eye(2)
 
 
 def written_in(
-    own: Equations, jacobian: object, zero: float = 0.0, rates: object = None
+    own: Equations, jacobian: object, zero: float = 0.0, rates: object = None, rows: object = None
 ) -> Equations:
     """Equations of q as those of x, of which q = jacobian @ x, the first from zero [rad].
 
-    rates: of q' = rates @ x', if not the same.
+    rates: of q' = rates @ x', if not the same; rows: likewise, whose transpose turns the torques.
     """
     J = np.array(jacobian, dtype=float)
     moving, offset = (J if rates is None else np.array(rates)), zero * np.eye(len(J))[0]
-    mass, bias = own.mass_matrix, own.bias
+    mass, bias, turned = own.mass_matrix, own.bias, (moving if rows is None else np.array(rows)).T
     written = Equations(
-        lambda x: moving.T @ mass(J @ x + offset) @ moving,
-        lambda x, v: moving.T @ bias(J @ x + offset, moving @ v),
+        lambda x: turned @ mass(J @ x + offset) @ moving,
+        lambda x, v: turned @ bias(J @ x + offset, moving @ v),
     )
     if own.gravity is None:
         force = own.force
@@ -522,7 +529,7 @@ def written_in(
 
         return replace(written, force=carried)
     weights = own.gravity
-    return replace(written, gravity=lambda x: moving.T @ weights(J @ x + offset))
+    return replace(written, gravity=lambda x: turned @ weights(J @ x + offset))
 
 
 def accelerate(own: Equations) -> Equations:
@@ -584,6 +591,10 @@ CASES: dict[str, Callable[[], Case]] = {
     "another zero": lambda: (
         TWO,
         written_in(robot_equations(TWO, "armature"), np.eye(2), np.pi / 2),
+    ),
+    "degrees but for torques": lambda: (
+        TWO,
+        written_in(robot_equations(TWO, "links"), DEGREES, rows=np.eye(2)),
     ),
     "another mass, no other coordinates": lambda: of_another(TWO, (body(1, mass=lambda m: 4.0),)),
     "two changes of the gravity alone": gravity_of_two_changes,

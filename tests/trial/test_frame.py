@@ -167,12 +167,8 @@ def test_own_matrices():
         assert np.diag(find_columns(ratio, PAPER)).tolist() == found
 
 
-def saddle(x: np.ndarray) -> np.ndarray:
-    return np.array([x[0] ** 2, x[1]])
-
-
 def test_a_singular_state_is_named():
-    frame = build_frame(Coordinates(function=saddle), PAPER)
+    frame = build_frame(Coordinates(function=lambda x: np.array([x[0] ** 2, x[1]])), PAPER)
     with pytest.raises(InputError, match=r"jacobian: is singular at x = \[0, 0.5\]"):
         frame.jacobian(np.array([0.0, 0.5]))
     with pytest.raises(InputError, match="no x was found"):
@@ -213,14 +209,6 @@ def test_values_at_one_state_in_forty_are_enough(turned):
         build_frame(own, PAPER)
 
 
-def raising(x: np.ndarray) -> np.ndarray:
-    return x[np.array([0, 7])]
-
-
-def wrong_slopes(x: np.ndarray) -> np.ndarray:
-    return slopes(x) * [[1, 1], [-1, 1]]
-
-
 BAD = {
     "rigid, lumped, free": Coordinates(gearing="geared"),
     "links = 'abs': must be one of relative, absolute": Coordinates(links="abs"),
@@ -241,10 +229,10 @@ BAD = {
     r"function, for the 2 rigid .* has shape \(1,\), must be \(2,\), at x = ": Coordinates(
         function=lambda x: x[:1]
     ),
-    "raises IndexError": Coordinates(function=raising),
+    "raises IndexError": Coordinates(function=lambda x: x[np.array([0, 7])]),
     "2 joints: is complex, must be real": Coordinates(function=lambda x: x * 1j),
     r"jacobian: \[1, 0\], of theta_2 by x_1, is .* differences": Coordinates(
-        function=curved, jacobian=wrong_slopes
+        function=curved, jacobian=lambda x: slopes(x) * [[1, 1], [-1, 1]]
     ),
     "jacobian: is singular": Coordinates(function=lambda x: np.array([x[0], x[0]])),
     "has 2 entries over 1 symbols; must be 2 over 2": Coordinates(function=SYMBOLIC, symbols=(A,)),

@@ -10,10 +10,12 @@ import pytest
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
 from crosscheck.trial.input.supplied import bind_equations
+from crosscheck.trial.source.code import find_code
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 SCENARIO = load_scenario("constant-torque")
@@ -76,6 +78,11 @@ def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path):
     code = "def model(arm):\n from later_hand import ten\n"
     code += " return Equations(mass_matrix=lambda q: np.eye(2) * ten)"
     assert payload(over(tmp_path, code)) == 10.0
+    (tmp_path / "latest_hand.py").write_text("ten = 10\n")
+    code = code.replace("(arm)", "(robot)").replace("later_", "latest_")
+    (tmp_path / "robot_hand.py").write_text(HEAD + code)
+    of_robot = load_equations(f"{tmp_path}/robot_hand.py:model", load_robot("sliding"))
+    assert of_robot.mass_matrix(np.zeros(3))[1, 1] == 10.0
     assert str(tmp_path) not in sys.path
 
 
@@ -104,6 +111,16 @@ def test_from_python_nothing_is_a_file():
     equations = Equations(mass_matrix=lambda q: np.eye(2))
     assert build_equations(equations, ARM, None, "here") is equations
     assert payload(build_equations(lambda arm: equations, ARM, None, "here")) == 1.0
+
+
+def test_functions_of_the_package_are_nobodys_code():
+    assert find_code(Equations(bias=build_frame)) is None
+
+    def bias(x):
+        return later * x
+
+    assert find_code(Equations(bias=bias)).file == __file__
+    later = 0.0  # what has no value before is no hindrance
 
 
 def test_equations_of_another_arm_keep_the_code_that_they_came_from():

@@ -112,6 +112,13 @@ def test_reference_terms_are_the_model(gearing, level, work, data, seed):
         assert at(EntryPlace("force", i)) == pytest.approx(force[:, i], abs=limit, rel=1e-9)
 
 
+def test_a_law_of_unlike_planets_is_that_of_each():
+    arm = load_arm("planets-apart")
+    laws = list_mesh_laws(arm, LAYOUTS["free"](arm), usual_switches(arm))
+    doubled = {law.meshes: law.arm.joints[0] for law in laws if law.yours == "2 b"}
+    assert doubled["pr1"].ring_mesh.backlash_m == pytest.approx((100e-6, 100e-6, 170e-6))
+
+
 def test_other_laws_say_in_which_meshes_and_what_is_another(snapshot: SnapshotAssertion):
     """Each differs from the arm's own in meshes that it names, in a switch or in its phase."""
     arm, lines = load_arm("probe"), list[str]()

@@ -9,6 +9,7 @@ import pytest
 from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.robot.file import load_robot
+from crosscheck.trial.arms import answer_keys
 from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
@@ -16,6 +17,7 @@ from crosscheck.trial.changes.arms.segments import Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.changes.arms.term_words import describe_entries
 from crosscheck.trial.input.arrays import format_vector
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     EntryPlace,
@@ -173,6 +175,18 @@ def test_a_tolerance_is_of_rounding_the_map_and_the_files_digits():
     assert SIZES.basis("bias") == said + of_each
     assert SIZES.basis("acceleration") == f"{said} + 10 eps x 1e+03, that of M{of_each}"
     assert written.basis("bias") == f"{said} + 4e-07, by the digits of the answers' file{of_each}"
+
+
+def test_edited_equations_have_the_tolerances_of_the_trial():
+    """Also where the right answer is zero."""
+    problem = SimpleNamespace(
+        equations=Equations(bias=len),
+        has={"bias"},
+        compute_sizes=lambda level: SIZES,
+        find_right=lambda level, part: np.zeros((3, 2)),
+    )
+    allowed = answer_keys._ask_reference(problem, "links").allowed["bias"]
+    assert allowed == pytest.approx((1e-10 + 1000 * EPS * 40) * SIZES.bias, rel=1e-12)
 
 
 def test_entries_beyond_their_tolerance_come_largest_first():

@@ -337,8 +337,7 @@ class VerificationProblem:
     def engines(self, level: str = "") -> tuple[str, ...]:
         """The models to compare with, the reference first: of a rigid level, or geared ones."""
         if level:
-            models = registry.find_level_models(level)
-            return tuple(sorted(models, key=lambda name: registry.MODELS[name].order is None))
+            return registry.find_level_models(level)
         geared = registry.select_with_method("mass_matrix", registry.model_names("geared"))
         return tuple(dict.fromkeys((registry.reference_model(), *geared)))
 

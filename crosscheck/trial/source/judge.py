@@ -100,13 +100,13 @@ class SourceJudge:
 
     @property
     def is_certain(self) -> bool:
-        """Whether the code takes its numbers from the mechanism: another one is as good a judge.
+        """Whether nothing that is right on the user's mechanism is wrong on another one.
 
-        So it is if nothing that is right on the user's mechanism is wrong on the other.
+        Then the code takes its numbers from the mechanism, and another one is as good a judge.
         """
         here = {entry for number, entry in self.wrong[self.level] if not number}
         there = {entry for number, entry in self.wrong[self.level] if number}
-        return self.is_unequal and there <= here
+        return there <= here
 
     @property
     def first_part(self) -> str:
