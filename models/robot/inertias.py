@@ -133,9 +133,9 @@ def describe_heavy_rotors(
     for (links, unit), rows in heavy.items():
         names, own, at_joints = (", ".join(dict.fromkeys(each)) for each in zip(*rows, strict=True))
         words = ("joints", "their rotors", "are") if rows[1:] else ("joint", "its rotor", "is")
-        joint, its, verb = words
+        place, its, verb = words
         yield (
-            f"{joint} {names}: {its} of {own} kg m^2 {verb} {at_joints} {unit} at the {joint},"
+            f"{place} {names}: {its} of {own} kg m^2 {verb} {at_joints} {unit} at the {place},"
             f" beside at most {links:.2g} {unit} of all links; used as given"
         )
 
