@@ -102,7 +102,7 @@ class Entry:
 LEVELS = {
     "links": "rigid arm of links and payload alone",
     "carriers": "rigid arm with the masses of its joints and their carriers",
-    "armature": "as carriers, with the gears' inertia on the diagonal",
+    "armature": "as carriers, with the gears' inertia on the diagonal, uncoupled from other links",
     "coupled": "as carriers, with the gears' spin coupled to the links: rigid gears, exactly",
 }
 RIGID_LEVELS = tuple(LEVELS)

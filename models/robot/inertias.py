@@ -120,18 +120,24 @@ def _find_heavy_links(links: Sequence[UrdfLink]) -> Iterator[InertiaDoubt]:
 def describe_heavy_rotors(
     rotors: Sequence[Rotor], joints: Sequence[Joint], bodies: Sequence[RobotBody]
 ) -> Iterator[str]:
-    """A line on every rotor with far more inertia at its joint than all links stretched out."""
+    """A line on rotors with far more inertia at their joints than all links stretched out."""
     mass, size = sum(body.mass for body in bodies), measure_reach(joints, bodies)
     whole = mass * size**2 + sum(float(np.linalg.eigvalsh(body.inertia)[-1]) for body in bodies)
+    heavy = dict[tuple[float, str], list[tuple[str, str, str]]]()
     for rotor in rotors:
         joint, reflected = joints[rotor.joint], rotor.ratio**2 * rotor.inertia
         links, unit = (mass, "kg") if joint.kind == "prismatic" else (whole, "kg m^2")
         if reflected > HEAVIER * links > 0:
-            yield (
-                f"joint {joint.name}: its rotor of {rotor.inertia:.4g} kg m^2 is {reflected:.2g}"
-                f" {unit} at the joint, beside at most {links:.2g} {unit} of all links;"
-                " used as given"
-            )
+            row = joint.name, f"{rotor.inertia:.4g}", f"{reflected:.2g}"
+            heavy.setdefault((links, unit), []).append(row)
+    for (links, unit), rows in heavy.items():
+        names, own, at_joints = (", ".join(dict.fromkeys(each)) for each in zip(*rows, strict=True))
+        words = ("joints", "their rotors", "are") if rows[1:] else ("joint", "its rotor", "is")
+        place, its, verb = words
+        yield (
+            f"{place} {names}: {its} of {own} kg m^2 {verb} {at_joints} {unit} at the {place},"
+            f" beside at most {links:.2g} {unit} of all links; used as given"
+        )
 
 
 def is_negative(values: np.ndarray) -> bool:

@@ -21,7 +21,7 @@ BASE = -1  # number of the ground, in place of a body's
 Level = Literal["links", "armature", "coupled", "geared"]
 LEVELS: dict[Level, str] = {
     "links": "links alone",
-    "armature": "links, and every rotor's inertia times its ratio squared on the diagonal",
+    "armature": "links, and rotors' inertia times ratio squared on the diagonal, uncoupled",
     "coupled": "links, and rotors, suns and planets as bodies that turn by rigid gears",
     "geared": "the same, but where a gear has meshes, their springs alone move the joint",
 }

@@ -121,7 +121,7 @@ def find_code(equations: Equations) -> UserCode | None:
 
 
 def find_object_code(source: Any) -> UserCode | None:
-    """The source of what was handed over, or of its parts; None where it has none, or several.
+    """The source of what a user gave, or of its parts; None where it has none, or several.
 
     What it uses of its file is defined anew; other names have the values that they have.
     """
