@@ -175,8 +175,8 @@ class ArmSubject(TrialSubject):
         changes = LevelChanges(level, [])
         if wrong_parts and not readings and self._is_searched_by_numbers:
             arms = {each.level: self._compare(each.level) for each in distances}
-            found = find_changes(arms, distances, self._compare_probes)
-            changes = found if found.words else changes
+            nearest = find_changes(arms, distances, self._compare_probes)
+            changes = nearest if nearest.words else changes
         level = changes.level
         here = self._compare(level)
         is_explained = bool(readings or changes.words)
