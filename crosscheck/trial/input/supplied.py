@@ -180,20 +180,22 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
 def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
     """The equations with what their parts hold, by the answers at a place, at rest and in motion.
 
-    What a given force has too is not on the left: then the part holds what the force is without.
+    A bias holds what has no part or force of its own. What a given force has too is not on the
+    left: then the part holds what the force is without.
     """
     x = np.linspace(0.3, 0.9, len(bound.frame.names))
     v, held, left = x + 0.4, set[tuple[str, str]](), set[str]()
     has_weights = any(bound.arm.gravity_m_per_s2)
     try:
         friction = bound.friction(x, v)
-        for part in PARTS_OF_MOTION & bound.given:
-            move = partial(bound.call_moving, part, x)
-            is_whole = part == "inverse_dynamics" or not bound.given & {"gravity", "force"}
-            rest = move(0 * v) if has_weights and is_whole else np.zeros(len(v))
-            if (np.abs(rest) > ROUNDING * np.abs(move(v)).max()).any():
+        for part in sorted(PARTS_OF_MOTION & bound.given):
+            move, is_whole = partial(bound.call_moving, part, x), part == "inverse_dynamics"
+            may_hold_weights = is_whole or not bound.given & {"gravity", "force"}
+            rest = move(0 * v) if has_weights and may_hold_weights else np.zeros(len(v))
+            if rest.any() and (np.abs(rest) > ROUNDING * np.abs(move(v)).max()).any():
                 held.add((part, WEIGHTS))
-            if friction.any() and _is_nearer(_find_odd(move, v), friction):
+            may_hold_friction = friction.any() and (is_whole or "force" not in bound.given)
+            if may_hold_friction and _is_nearer(_find_odd(move, v), friction):
                 held.add((part, FRICTION))
         left |= {what for _, what in held}
         if "force" in bound.given and left:

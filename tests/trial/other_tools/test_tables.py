@@ -53,7 +53,7 @@ def told(trial: Trial) -> dict:
     found = json.loads(format_trial_json(trial))
     for entry in found["wrong"]:
         del entry["source"]
-    del found["agreement"]["provenance"], found["change"]
+    del found["agreement"]["provenance"], found["change"], found["search"]
     return found
 
 
