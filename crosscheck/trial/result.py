@@ -72,7 +72,8 @@ class TrialDiagnosis:
         unexplained: Sentences on what no change explains.
         explanations: Words that complete `the equations of the level with ...`, each of which
             alone explains all.
-        is_compound: Whether these change several numbers at once.
+        is_unusual: Whether the first of these changes several numbers, or one to a value of no
+            meaning.
         readings: Other coordinates, in words, in which all is right; then no other reason is
             looked for.
         hidden: Entries that are right here, and not on other mechanisms of the structure.
@@ -88,7 +89,7 @@ class TrialDiagnosis:
     notes: tuple[str, ...] = ()
     unexplained: tuple[str, ...] = ()
     explanations: tuple[str, ...] = ()
-    is_compound: bool = False
+    is_unusual: bool = False
     readings: tuple[str, ...] = ()
     hidden: tuple[EntryMismatch, ...] = ()
     ignored_numbers: tuple[IgnoredNumber, ...] = ()
@@ -203,7 +204,7 @@ class Trial:
             if check.finding.verdict in ("differ", "failed") and check.fault:
                 yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
         has_line = self.change is not None and self.change.is_whole
-        is_needless = has_line and diagnosis.is_compound
+        is_needless = has_line and diagnosis.is_unusual
         first, *others = ("",) if is_needless else (diagnosis.explanations or ("",))
         if first:
             level, _ = self.problem.describe_level(diagnosis.level, self.distances)

@@ -201,7 +201,7 @@ class ArmSubject(TrialSubject):
             tuple(notes),
             tuple(unexplained),
             explanations=tuple(changes.words),
-            is_compound=changes.is_compound,
+            is_unusual=changes.is_unusual,
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,

@@ -115,7 +115,7 @@ def diagnose(
         tuple(notes),
         unexplained,
         explanations=words,
-        is_compound=any(cause.is_compound for cause in explanations),
+        is_unusual=any(not each.usual or each.is_compound for each in explanations[:1]),
     )
 
 

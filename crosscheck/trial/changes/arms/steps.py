@@ -69,12 +69,12 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
 class LevelChanges(NamedTuple):
     """A level, and changes in words, each of which explains all that is wrong beside it.
 
-    is_compound: whether each changes several numbers at once.
+    is_unusual: whether the first changes several numbers, or one to a value of no meaning.
     """
 
     level: str
     words: list[str]
-    is_compound: bool = False
+    is_unusual: bool = False
 
 
 def find_changes(
@@ -99,8 +99,8 @@ def find_changes(
         there = {each.path or each.words for each in _search_numbers(probe).find_causes()}
         causes = [each for each in causes if (each.path or each.words) in there]
     described = name_causes([each for each in causes if not OUT_OF_PLANE.search(each.words)])
-    is_compound = any(each.is_compound for each in causes)
-    return LevelChanges(level, list(map(_name_by_number, described)), is_compound)
+    is_unusual = any(not each.usual or each.is_compound for each in causes[:1])
+    return LevelChanges(level, list(map(_name_by_number, described)), is_unusual)
 
 
 def _search_numbers(arm: EntryComparison) -> CauseSearch:
