@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ from crosscheck.registry import (
     reference_model,
     select_covering,
 )
-from crosscheck.runner.outcomes import DIED, Failure, SelfKeyedTask, return_failures
+from crosscheck.runner.outcomes import DIED, Failure, FunctionTask
 from crosscheck.runner.tasks import Evaluation, Simulation, ask_model
 from crosscheck.runner.workers import Workers
 
@@ -61,20 +61,6 @@ class Preparation:
     limit_s: float
     remarks: tuple[str, ...]
     lost: tuple[Comparison, ...] = ()
-
-
-@dataclass(frozen=True)
-class Query(SelfKeyedTask):
-    """A task: a function that finds something out by asking models; ``cost``: estimated [s]."""
-
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
-    cost: float
-
-    @return_failures
-    def perform(self) -> Any:
-        """The function's answer, or what is wrong with a model that was asked."""
-        return self.function(*self.arguments)
 
 
 def refine_until_resolved(request: CrossCheckRequest, experiment: Experiment) -> Experiment:
@@ -126,7 +112,7 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
     failures: dict[ComparisonKey, Failure] = {}
     sizes, remarks = None, list[str]()
     if request.needs_sizes:
-        query = Query(compute_sizes, (request.arm,), 1.0)
+        query = FunctionTask(compute_sizes, (request.arm,), 1.0)
         (sizes,) = _run_queries({_key(request.arm.name, "sizes"): query}, workers, failures)
         remarks = _describe_sizes(sizes, list(failures.values()))
     outline = plan.draft_experiments(request, sizes)
@@ -142,11 +128,13 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
     limit = min((float(each) for each in answers if each is not None), default=float("inf"))
     started = [plan.set_stable_step(each, limit) for each in outline]
     growths = {
-        _key(each.name, "growth-rate"): Query(find_growing_mode, each.case[:2], 0.5)
+        _key(each.name, "growth-rate"): FunctionTask(find_growing_mode, each.case[:2], 0.5)
         for each in outline
     }
     free = [] if request.has_fixed_steps else started
-    steps = {_key(e.name, "step"): Query(refine_until_resolved, (request, e), 5.0) for e in free}
+    steps = {
+        _key(e.name, "step"): FunctionTask(refine_until_resolved, (request, e), 5.0) for e in free
+    }
     answers = _run_queries(growths | steps, workers, failures)
     fine = answers[len(growths) :] or [None] * len(started)
     experiments = [
@@ -166,7 +154,7 @@ def _key(case: str, quantity: str, model: str = "") -> ComparisonKey:
 
 
 def _run_queries(
-    queries: Mapping[ComparisonKey, Query | Evaluation],
+    queries: Mapping[ComparisonKey, FunctionTask | Evaluation],
     workers: Workers,
     failures: dict[ComparisonKey, Failure],
 ) -> list[Any]:

@@ -5,36 +5,18 @@ from __future__ import annotations
 import io
 import signal
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.runner.outcomes import DIED, Failure
+from crosscheck.runner.outcomes import DIED, Failure, FunctionTask
 from crosscheck.runner.workers import perform_all
 
 SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning or behind this
 # Largest count of numbers in a compressed file, which may be small itself.
 MOST_NUMBERS = 100_000_000
-
-
-@dataclass(frozen=True)
-class _ReadTask:
-    """The task of reading a file, for a process of its own; within_s [s]: of work; 0 sets none."""
-
-    read: Callable[[], Any]
-    within_s: float
-    key: str = "reading"
-    cost: float = 1.0
-
-    def perform(self) -> Any:
-        signal.setitimer(signal.ITIMER_PROF, self.within_s)  # which ends the process
-        try:
-            return self.read()
-        except InputError as error:
-            return error
 
 
 def read_in_subprocess(
@@ -51,7 +33,7 @@ def read_in_subprocess(
     ``where`` that begins with ``fails`` for whatever else ends it; dies: what to say of a process
     that a file has ended, in place of how.
     """
-    task = _ReadTask(partial(read, *arguments), within_s)
+    task = FunctionTask(_read_within, (within_s, partial(read, *arguments)))
     (result,) = perform_all([task], 1).values()
     if isinstance(result, Failure):
         reason = dies if dies and result.kind == DIED else result
@@ -59,6 +41,15 @@ def read_in_subprocess(
     if isinstance(result, InputError):
         raise result
     return result
+
+
+def _read_within(within_s: float, read: Callable[[], Any]) -> Any:
+    """What a function reads in so many seconds [s] of work, 0 for any, or its InputError."""
+    signal.setitimer(signal.ITIMER_PROF, within_s)  # which ends the process
+    try:
+        return read()
+    except InputError as error:
+        return error
 
 
 class TooManyNumbers(ValueError):

@@ -64,6 +64,19 @@ class SelfKeyedTask:
         return self
 
 
+@dataclass(frozen=True)
+class FunctionTask(SelfKeyedTask):
+    """A task: a function with its arguments; ``cost``: estimated [s]."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    cost: float = 1.0
+
+    def perform(self) -> Any:
+        """What the function returns."""
+        return self.function(*self.arguments)
+
+
 class Task(Protocol):
     """A piece of work for another process; ``key``: unique; ``cost``: estimated [s]."""
 

@@ -125,7 +125,7 @@ DIED = Failure(batches.DIED, "SIGKILL")
 
 
 def run_locally(workers: Answers) -> dict[str, Any]:
-    tasks = [batches.FunctionTask(key, len, ()) for key in list(workers.answers)]
+    tasks = [batches.BatchTask(key, len, ()) for key in list(workers.answers)]
     return {task.key: found for task, found in batches.perform_tasks(workers, tasks)}
 
 

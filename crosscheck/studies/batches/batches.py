@@ -37,8 +37,8 @@ MOST_BYTES = 200e6  # memory for signals that are kept whole meanwhile
 
 
 @dataclass(frozen=True)
-class FunctionTask:
-    """A function of a module with its arguments; key: unique, made from the content."""
+class BatchTask:
+    """A task on members: a function with its arguments; key: unique, made from the content."""
 
     key: str
     function: Callable[..., Any]
@@ -59,21 +59,19 @@ class _TaskError:
     error: Exception
 
 
-class _TaskStack(list[FunctionTask]):
+class _TaskStack(list[BatchTask]):
     """Tasks not yet begun, of which the last comes first: one that is tried again is added."""
 
-    def __iter__(self) -> Iterator[FunctionTask]:
+    def __iter__(self) -> Iterator[BatchTask]:
         return self
 
-    def __next__(self) -> FunctionTask:
+    def __next__(self) -> BatchTask:
         if not self:
             raise StopIteration
         return self.pop()
 
 
-def perform_tasks(
-    workers: Workers, tasks: Sequence[FunctionTask]
-) -> Iterator[tuple[FunctionTask, Any]]:
+def perform_tasks(workers: Workers, tasks: Sequence[BatchTask]) -> Iterator[tuple[BatchTask, Any]]:
     """Perform tasks; yields each with its result, as they finish.
 
     Raises the error of a task, and Unfinished for one that did not finish.
@@ -113,7 +111,7 @@ def compute_digest(*parts: object) -> str:
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
 
 
-def make_batch_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:
+def make_batch_tasks(study: PreparedStudy, version: str) -> list[BatchTask]:
     """Tasks that run all members, in the grid's C order; version: a part of their keys.
 
     arguments: (text, place of the first member, place behind the last).
@@ -121,17 +119,17 @@ def make_batch_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:
     size, digest = batch_size(study), study.digest
     ends = ((begin, min(begin + size, study.count)) for begin in range(0, study.count, size))
     return [
-        FunctionTask(compute_digest(digest, version, *each), run_batch, (study.text, *each))
+        BatchTask(compute_digest(digest, version, *each), run_batch, (study.text, *each))
         for each in ends
     ]
 
 
-def make_check_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:
+def make_check_tasks(study: PreparedStudy, version: str) -> list[BatchTask]:
     """Tasks by which a second engine runs evenly chosen members again; arguments: (text, place)."""
     count = min(study.definition.spot_checks, study.count)
     places = [(2 * number + 1) * study.count // (2 * count) for number in range(count)]
     return [
-        FunctionTask(compute_digest(study.digest, version, "check", p), run_check, (study.text, p))
+        BatchTask(compute_digest(study.digest, version, "check", p), run_check, (study.text, p))
         for p in places
     ]
 

@@ -24,7 +24,7 @@ from crosscheck.studies.batches.batch_store import (
     require_room,
 )
 from crosscheck.studies.batches.batches import (
-    FunctionTask,
+    BatchTask,
     compute_fingerprint,
     make_batch_tasks,
     make_check_tasks,
@@ -100,7 +100,7 @@ class _StudyRun:
     progress: ProgressCallback
     workers: Workers
 
-    def run(self, tasks: Sequence[FunctionTask]) -> int:
+    def run(self, tasks: Sequence[BatchTask]) -> int:
         """Run all members, reusing kept batches; returns how many were run."""
         begins = {task.key: task.arguments[1] for task in tasks}
         work = {task: task.arguments[2] - task.arguments[1] for task in tasks}
@@ -108,7 +108,7 @@ class _StudyRun:
             self.study.definition.name, work, lambda key, n: self.result.write(begins[key], n)
         )
 
-    def check(self, tasks: Sequence[FunctionTask], checked_columns: Sequence[Column]) -> None:
+    def check(self, tasks: Sequence[BatchTask], checked_columns: Sequence[Column]) -> None:
         """Run the members that a second engine checks, and write how far it is from them."""
         if not tasks:
             return
@@ -122,7 +122,7 @@ class _StudyRun:
             self._compare(column, [numbers_by_key[task.key] for task in tasks])
 
     def _gather(
-        self, what: str, work: Mapping[FunctionTask, int], take: Callable[[str, Numbers], None]
+        self, what: str, work: Mapping[BatchTask, int], take: Callable[[str, Numbers], None]
     ) -> int:
         """Reuse kept results of tasks, run and keep the others; returns how many members were run.
 
