@@ -90,6 +90,8 @@ def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
     assert not named & set(names[0])
     assert {"offset of j2", "coulomb of j2"} <= named
     assert side.is_excited
+    still = replace(given, position=position * [1, 1, 0], motor_torque=torque + noise)
+    assert [len(pair) for pair in first_side(robot, still).alike] == [2]  # j1's again
 
 
 def test_of_a_joint_whose_torque_is_not_measured_the_motion_alone_counts(robot):
