@@ -79,7 +79,8 @@ class _Divisions(ast.NodeTransformer):
 def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
     """The functions of a program by name; arrays are given as arrays of numbers."""
     tree = ast.parse(program.text)
-    straight = {f.name for f in tree.body if isinstance(f, ast.FunctionDef) and _of_rows(f)}
+    named = ((f, f.args.args[0].annotation) for f in tree.body if isinstance(f, ast.FunctionDef))
+    straight = {f.name for f, of in named if isinstance(of, ast.Name) and of.id == "rows"}
     tree.body = [
         fuse_products(node) if isinstance(node, ast.FunctionDef) and node.name in straight else node
         for node in tree.body
@@ -104,11 +105,6 @@ def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
         for node in tree.body
         if isinstance(node, ast.FunctionDef)
     }
-
-
-def _of_rows(function: ast.FunctionDef) -> bool:
-    first = function.args.args[0].annotation
-    return isinstance(first, ast.Name) and first.id == "rows"
 
 
 def _in_all_lanes(function: Callable[..., None], lanes: int) -> Callable[..., None]:

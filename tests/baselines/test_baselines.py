@@ -15,7 +15,7 @@ import crosscheck.analytic.model
 from crosscheck.baseline.file import baseline_path, read_baseline, write_baseline
 from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs, make_baseline
 from crosscheck.baseline.regression import describe_changes
-from crosscheck.findings import ComparisonKey, Subject, make_check
+from crosscheck.findings import ComparisonKey, Subject, make_check, make_unfinished_check
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.inputs import forget
 from crosscheck.models.loading import load_arm
@@ -53,6 +53,8 @@ COMMITTED = Path(__file__).parents[2] / "baselines"
 def test_a_record_read_back_is_the_record(result, recorded):
     baseline = make_baseline(result)
     assert read_baseline(recorded, result.request, RENEW) == baseline
+    lost = make_unfinished_check(about("refined"), "")
+    assert make_baseline(with_findings(result, [*result.agreement.findings, lost])) == baseline
     before = recorded.read_bytes()
     forget()  # a command that has read it does not write it
     write_baseline(recorded, baseline)
@@ -287,20 +289,15 @@ def test_a_tolerance_is_as_wide_as_is_granted_today(result, recorded, tip, times
 
 def test_without_a_tolerance_a_record_is_no_free_pass(result, recorded):
     def change(data: dict[str, Any]) -> None:
-        for number in (*data["measurements"].values(), *_tables(data)):
+        kinds = [run[kind] for run in data["runs"].values() for kind in ("sampled", "extremes")]
+        tables = [table for kind in kinds for table in kind.values()]
+        for number in (*data["measurements"].values(), *tables):
             number["tolerance"] = None
 
     edited(recorded, change)
     baseline = make_baseline(result)
     numbers = len(baseline.measurements) + sum(len(run.tables) for run in baseline.runs.values())
     assert len(moved(held_against(recorded, result))) == numbers
-
-
-def _tables(data: dict[str, Any]) -> list[dict[str, Any]]:
-    runs = data["runs"].values()
-    return [
-        table for run in runs for kind in ("sampled", "extremes") for table in run[kind].values()
-    ]
 
 
 def test_another_unit_of_a_measurement_is_named(result, recorded, tip):

@@ -73,6 +73,13 @@ def test_a_second_program_estimates_the_same(robot, coupled):
     assert left["delay"] > 10 * left["armature"]
 
 
+def test_what_does_not_move_is_no_link_of_a_recording():
+    solid, turn = chains.Solid(2.0, (0.1, 0, 0)), chains.joint("turn", "ground", "arm")
+    text = chains.urdf(chains.link("ground", solid), chains.link("arm", solid), turn)
+    paths = [each.path.split(".") for each in SpatialRobot(chains.robot(text)).parameters]
+    assert {name for _, table, name, *_ in paths if table == "links"} == {"arm"}
+
+
 def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
     """Its Coulomb friction and offset are one column; those of other joints are two."""
     given = recording(robot, "links")
@@ -90,6 +97,8 @@ def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
     assert not named & set(names[0])
     assert {"offset of j2", "coulomb of j2"} <= named
     assert side.is_excited
+    still = replace(given, position=position * [1, 1, 0], motor_torque=torque + noise)
+    assert [len(pair) for pair in first_side(robot, still).alike] == [2]  # j1's again
 
 
 def test_of_a_joint_whose_torque_is_not_measured_the_motion_alone_counts(robot):

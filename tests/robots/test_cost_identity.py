@@ -27,11 +27,12 @@ def draw_arm(seed: int) -> Robot:
         at, rpy = rng.uniform(-0.5, 0.5, 3), rng.uniform(-1, 1, 3)
         joints.append(chains.joint(f"j{number}", before, after, axis=axis, at=at, rpy=rpy))
         rotors[f"j{number}"] = chains.geared(float(rng.choice([-1, 1]) * rng.uniform(5, 100)))
-    if seed % 2:
-        rotors["j3"] |= {"stator": "l1", "rotor_axis": [0.0, 0.0, 1.0]}
-    else:
-        rotors["j3"] |= {"stator": "l2", "rotor_axis": [0.6, 0.0, 0.8]}
-    return chains.robot(chains.urdf(*links, *joints), rotors)
+    rotors["j3"] |= {"stator": "l1" if seed % 2 else "l2", "rotor_axis": [0.6, 0.0, 0.8]}
+    robot = chains.robot(chains.urdf(*links, *joints), rotors)
+    if not seed % 2:
+        return robot
+    along = robot.joints[2].placement.rotation @ robot.joints[2].axis  # in l2, as if it were l1
+    return replace(robot, rotors=(*robot.rotors[:2], replace(robot.rotors[2], axis=along)))
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)

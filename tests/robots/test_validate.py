@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -299,6 +300,9 @@ def test_torques_of_many_joints_fling_none_of_them():
     )
     assert 1e-3 < np.abs(first - first[0]).max() < np.pi
     np.testing.assert_allclose(first, second, rtol=0, atol=1e-12)
+    passive = replace(own, joints=tuple(replace(each, has_motor=False) for each in own.joints))
+    case = make_cases(passive, sample_states(own, 4, 0), 10)[0]
+    assert simulations.make_scenario(case).drive.torque_N_m == 0.0
 
 
 @pytest.mark.parametrize("joints", [3, 12])

@@ -31,7 +31,7 @@ def write_study(folder: Path, text: str = ROBOT_STUDY) -> Path:
 def test_members_are_the_runs_of_simulate(tmp_path):
     study = read_study(write_study(tmp_path))
     numbers = run_batch(study.text, 0, study.count)
-    settings = ["scenario.duration_s=0.002", "scenario.start.mesh=centre"]
+    settings = ["scenario.duration_s=0.002", "scenario.start.mesh = centre"]
     member = 0
     for backlash in (2e-5, 6e-5):
         for mass in (18.9, 25.0):

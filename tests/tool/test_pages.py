@@ -123,12 +123,6 @@ def is_run(command: str) -> bool:
     return not in_ci and not any(re.match(pattern, command) for pattern in NOT_RUN)
 
 
-def expected_code(command: str, lines: list[str]) -> int:
-    red = any(RED.match(line) for line in lines)
-    known = (code for part, code in EXIT_CODES.items() if part in command)
-    return next(known, int(red))
-
-
 def follow(page: Path, folder: Path) -> list[str]:
     """Do all that a page shows, in a folder; the commands that were run."""
     names, done = {"np": None}, []
@@ -147,7 +141,8 @@ def follow(page: Path, folder: Path) -> list[str]:
                 if not is_run(command):
                     continue
                 answer = run(command, folder)
-                wanted = expected_code(command, lines)
+                known = (code for part, code in EXIT_CODES.items() if part in command)
+                wanted = next(known, int(any(RED.match(line) for line in lines)))
                 assert answer.returncode == wanted, f"{command}\n{answer.stdout}{answer.stderr}"
                 assert_shown(answer.stdout, lines)
                 done.append(command)

@@ -75,7 +75,7 @@ def _lambdify(
     """What SymPy's lambdify returns, of parameters that are called as there."""
     write_here = partial(write, args, expr, modules, **more)
     listed = args if isinstance(args, list | tuple) else [args]
-    if modules not in LIBRARIES or set(more) - {"cse"}:
+    if modules not in LIBRARIES:
         return write_here()
     return LambdifiedExpression(write_here, listed, expr)
 
