@@ -153,6 +153,8 @@ def test_motors_that_the_arm_has_not_are_no_error():
 
     trial = trial_of(factory, arm_of(*UNLIKE, payload=0.6))
     assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+    links = trial_of(lambda arm: replace(factory(arm), level="links"), arm_of(*UNLIKE, payload=0.6))
+    assert (links.level, bool(links.diagnosis.hidden)) == ("links", True)  # as they state
 
 
 def test_numbers_that_may_go_with_a_driver_are_chosen_alone_and_together_but_never_all():
