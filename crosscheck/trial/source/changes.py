@@ -85,6 +85,14 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
             yield other
 
 
+def list_unused_exchanges(site: Site) -> Texts:
+    """What has a name that nothing reads, for a name or an element of its kind."""
+    if (site.is_leaf or isinstance(site.parent, LEAF)) and isinstance(site.node, LEAF):
+        for other, kind in site.scope.list_leaves():
+            if other.partition("[")[0] in site.scope.unused and site.can_be(kind):
+                yield other
+
+
 def list_near_names(site: Site) -> list[str]:
     """The names, attributes or elements of its kind that one may be mistaken for."""
     kinds = {name: kind for name, kind in site.scope.list_leaves() if site.can_be(kind)}

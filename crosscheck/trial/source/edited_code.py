@@ -10,6 +10,7 @@ number. Remedy: equations are made anew for each edit of a line that ran then, o
 from __future__ import annotations
 
 import ast
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.syntax import SourceTree
 
 NUMBERS = "_crosscheck_numbers"  # name by which edited code finds the numbers that choose
+COUNTER = "_crosscheck_counter"  # name by which it finds numbers that differ each time
 NONE = -1  # number that chooses no edit
 
 
@@ -59,7 +61,12 @@ class EditedCode:
         compiled = self.compiled
         if answer_key.exchanged:
             compiled = [_exchange_constants(each, answer_key.exchanged) for each in compiled]
-        return answer_key.bind(self.code.run(compiled, {NUMBERS: self.numbers}))
+        names = {NUMBERS: self.numbers, COUNTER: itertools.count()}
+        return answer_key.bind(self.code.run(compiled, names))
+
+
+def _list_names(node: ast.AST) -> Iterator[str]:
+    return (each.id for each in ast.walk(node) if isinstance(each, ast.Name))
 
 
 def list_constants(code: CodeType) -> Iterator[float]:
@@ -112,7 +119,9 @@ class EditCompiler:
             if together is None or number not in joint:
                 yield edit, self.compile([edit])
             else:
-                sharing = shared if self.is_repeated(edit.node) else None
+                # What nothing else reads another edit may have changed in place, and none sees it.
+                is_alone = any(map(self.tree.is_unread, _list_names(joint[number])))
+                sharing = shared if self.is_repeated(edit.node) and not is_alone else None
                 yield edit, EditedCode(self.tree.code, together, [number], numbers, sharing)
 
     def compile(self, edits: Sequence[Edit]) -> EditedCode | None:

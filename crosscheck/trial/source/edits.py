@@ -64,6 +64,7 @@ from crosscheck.trial.source.changes import (
     list_swaps,
     list_symmetric_signs,
     list_transposes,
+    list_unused_exchanges,
     list_written_transposes,
     list_zeros,
 )
@@ -91,6 +92,7 @@ KINDS = (
     EditKind(1, list_opposites),
     EditKind(1, partial(list_negatives, of_products=False, inside=True)),
     EditKind(1, partial(list_negatives, of_products=True, inside=True)),
+    EditKind(1, list_unused_exchanges),
     EditKind(1, list_further_derivatives),
     EditKind(2, list_diagonals),
     EditKind(2, list_subscripts),

@@ -85,7 +85,8 @@ class SourceJudge:
         for part in sorted(wrong_parts, key=partial(_sum_seconds, seconds, trusted.holds)):
             wrong = [len(trusted.find_wrong_entries(as_is, [part], [s])) for s in trusted.states]
             self.states[part] = wrong.index(max(wrong))
-        self.values = {part: as_is(part, state) for part, state in self.states.items()}
+        self.values_as_is = {part: as_is(part, self.states.get(part, 0)) for part in self.parts}
+        self.values = {part: self.values_as_is[part] for part in self.states}
         self.wrong_there = {
             (level, part): self._mark_wrong(level, part, value)
             for level in self.wrong
@@ -150,8 +151,8 @@ class SourceJudge:
             with limit_processor_time(self.limit_s):
                 answer = replace(edited, chosen=[NONE]).bind_shared(self.answer_keys[0])
                 return all(
-                    np.array_equal(answer(part, state), self.values[part])
-                    for part, state in self.states.items()
+                    np.array_equal(answer(part, self.states.get(part, 0)), value)
+                    for part, value in self.values_as_is.items()
                 )
         except BaseException:  # whatever the code raises
             return False

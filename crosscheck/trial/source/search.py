@@ -28,7 +28,7 @@ import numpy as np
 from crosscheck.trial.source.answer_key import EQUAL, Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
-from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
+from crosscheck.trial.source.edited_code import COUNTER, EditCompiler, EditedCode
 from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import EditVerdict, Response, SourceJudge, Wrong
@@ -53,6 +53,8 @@ LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK, STATED_RANK = 2, 3, ADDING_RANK, RANKS[
 FEW_DIGITS, MANY_DIGITS = 3, 6
 LARGEST_RATIO = 3e3  # of a number and the one that was meant: a thousand, or degrees
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
+MOVED_UNLIKE = f"({{}} * (1.37 + next({COUNTER}) % 7) + 0.11)"  # another one each time
+MOVING = Response(moves_wrong=True, moves_all_wrong=True, moves_right=True)
 MOST_ALTERNATIVES = 2
 MOST_PAIRS = 60  # pairs with the right sum that are judged
 PAIRS_S = 4.0  # [s] of processor time, of their judging
@@ -219,14 +221,25 @@ class EditSearch:
         return True
 
     def _measure_responses(self) -> dict[int, Response]:
-        """What moves with the values of expressions, by their identity, where that can be seen."""
-        responses = dict[int, Response]()
-        values = (
+        """What moves with the values of expressions, by their identity, where that can be seen.
+
+        What moves alike in two calls may cancel, though an edit might make it unlike: if nothing
+        moves, it is moved otherwise each time.
+        """
+        nodes = [
             node
             for node in self.tree.list_nodes()
             if isinstance(node, ast.expr) and Site(self.tree, node).is_value
-        )
-        moved = (Edit((0, 0), node, MOVED.format(write_operand(node))) for node in values)
+        ]
+        responses = self._move(nodes, MOVED)
+        still = [node for node in nodes if not responses.get(id(node), MOVING).moves_wrong]
+        unlike = self._move(still, MOVED_UNLIKE)
+        return responses | {key: each for key, each in unlike.items() if each.moves_wrong}
+
+    def _move(self, nodes: Iterable[ast.expr], text: str) -> dict[int, Response]:
+        """What moves with expressions, each in a text that makes another value of it."""
+        responses = dict[int, Response]()
+        moved = (Edit((0, 0), node, text.format(write_operand(node))) for node in nodes)
         for edit, edited in self._compile_batches(moved):
             try:
                 responses[id(edit.node)] = self.judge.measure_response(edited)
