@@ -141,6 +141,8 @@ def _run_once(
     equations = request.equations.read_in(Coordinates(links="absolute"))
     again = _run_once(subjects, progress, replace(request, equations=equations))
     relative, absolute = (len(each.diagnosis.entries) for each in (trial, again))
+    if absolute >= relative:
+        return trial
     entries = "1 entry is" if absolute == 1 else f"{absolute} entries are"
     note = f"judged in absolute angles, in which {entries} wrong, not {relative}: state {STATED}"
     return replace(again, notes=(note, *again.notes))

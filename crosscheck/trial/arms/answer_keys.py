@@ -28,8 +28,7 @@ from crosscheck.trial.source.answer_key import (
     Answer,
     AnswerKey,
     LevelAnswers,
-    exchange_code_numbers,
-    exchange_number,
+    NumberExchange,
 )
 
 FEW_STATES = 3
@@ -46,10 +45,11 @@ def make_arm_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
         arm = trial.problem.case.arm
         numbers = {name: get_number(arm, name) for name in list_number_names(arm)}
         with suppress(ValidationError, InputError):  # of numbers that are no arm's
-            exchanged = {name: exchange_number(number) for name, number in numbers.items()}
+            exchange = NumberExchange()
+            exchanged = {name: exchange(number) for name, number in numbers.items()}
             other = trial.problem.adapt_to_arm(replace_numbers(arm, exchanged))
             key = _make_answer_key(replace(other, count=FEW_STATES), levels)
-            yield exchange_code_numbers(key, numbers.values())
+            yield exchange.exchange_code(key, numbers.values())
 
 
 def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> AnswerKey:

@@ -214,5 +214,5 @@ def _find_odd(function: Callable[[np.ndarray], np.ndarray], v: np.ndarray) -> np
 
 
 def _is_nearer(value: np.ndarray, expected: np.ndarray) -> bool:
-    """Whether a value is nearer to what is expected than to nothing."""
-    return bool(np.abs(value - expected).sum() < np.abs(value).sum())
+    """Whether any row of a value is nearer to what is expected than to nothing."""
+    return bool((np.abs(value - expected) < np.abs(value)).any())

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
@@ -26,9 +27,7 @@ from crosscheck.trial.source.answer_key import (
     Answer,
     AnswerKey,
     LevelAnswers,
-    exchange_array,
-    exchange_code_numbers,
-    exchange_number,
+    NumberExchange,
 )
 from crosscheck.trial.source.sandbox import freeze
 
@@ -51,35 +50,42 @@ def make_robot_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
         return
     states = problem.states.first(FEW_STATES)
     others = [(kind, draw_probe_robot(robot, kind)) for kind in NUMBER_KINDS]
-    for kind, other in [*others, ("", exchange_numbers(robot))]:
+    exchange = NumberExchange(_list_angles(robot))
+    for kind, other in [*others, ("", exchange_numbers(robot, exchange))]:
         with suppress(InputError):  # where another robot's mass matrix loses its digits
             sizes = compute_sizes_by_level(remove_friction(other), problem.stated, states)
             there = replace(problem, robot=remove_friction(other), states=states, sizes=sizes)
             key = _make_answer_key(there, level, other, {})
-            yield key if kind else exchange_code_numbers(key, _list_numbers(robot))
+            yield key if kind else exchange.exchange_code(key, _list_numbers(robot))
 
 
-def exchange_numbers(robot: Robot) -> Robot:
+def exchange_numbers(robot: Robot, exchange: NumberExchange) -> Robot:
     """A robot of the same structure of which each number is another, equal ones the same."""
     bodies = (
         replace(
             body,
-            mass=exchange_number(body.mass),
-            com=exchange_array(body.com),
-            inertia=exchange_array(body.inertia),
+            mass=exchange(body.mass),
+            com=exchange.exchange_array(body.com),
+            inertia=exchange.exchange_array(body.inertia),
         )
         for body in robot.bodies
     )
-    positions = (exchange_array(each.placement.position) for each in robot.joints)
+    positions = (exchange.exchange_array(each.placement.position) for each in robot.joints)
     joints = (
         replace(joint, placement=replace(joint.placement, position=position))
         for joint, position in zip(robot.joints, positions, strict=True)
     )
     rotors = (
-        replace(rotor, inertia=exchange_array(rotor.inertia), ratio=exchange_number(rotor.ratio))
+        replace(rotor, inertia=exchange(rotor.inertia), ratio=exchange(rotor.ratio))
         for rotor in robot.rotors
     )
     return replace(robot, bodies=tuple(bodies), joints=tuple(joints), rotors=tuple(rotors))
+
+
+def _list_angles(robot: Robot) -> Iterator[float]:
+    """Roll, pitch and yaw [rad] of each joint's frame."""
+    for joint in robot.joints:
+        yield from Rotation.from_matrix(joint.placement.rotation).as_euler("xyz")
 
 
 def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:

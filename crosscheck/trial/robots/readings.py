@@ -87,8 +87,9 @@ def _count_wrong(reading: Reading, model: AnalyticRobot, problem: RobotProblem) 
             right, wrong = each[0] / scale, (user_values[part] - each[0]) / scale
             largest = np.abs(right).max() if part != "mass_matrix" else 1.0
             tolerance = sizes.tolerance(part) if sizes else FITS
-            within = (np.abs(wrong) <= tolerance * largest).all(axis=0)
-            count += int(np.count_nonzero(~within))
+            beyond = (np.abs(wrong) > tolerance * largest).any(axis=0)
+            # What is wrong on both sides of M's diagonal is one error.
+            count += int(np.count_nonzero(np.triu(beyond) if part == "mass_matrix" else beyond))
         counts.append(count)
     return min(counts)
 

@@ -28,26 +28,35 @@ FACTORS = 0.7, 1.4  # factors by which numbers of other mechanisms differ
 USUAL_FACTORS = 0.0, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0
 
 
-def exchange_number(number: float) -> float:
-    """Another number for one of a file, the same wherever it stands."""
-    if abs(number) in USUAL_FACTORS:
-        return number
-    (bits,) = np.array([abs(number)]).view(np.uint64)
-    return number * float(np.random.default_rng(int(bits)).uniform(*FACTORS))
+class NumberExchange:
+    """Another number for each one of a file, the same wherever it stands.
 
-
-exchange_array = np.vectorize(exchange_number, otypes=[float])
-
-
-def exchange_code_numbers(answer_key: AnswerKey, numbers: Iterable[float]) -> AnswerKey:
-    """The answer key of a mechanism of exchanged numbers, for code that has those of the file.
-
-    numbers: of the file, as often as they stand there.
+    kept: numbers that stay as they are, since code may mean something else by them: angles.
     """
-    counts = Counter(abs(number) for number in numbers if number)
-    exchanged = {number: exchange_number(number) for number in counts}
-    equal = (number for number, count in counts.items() if count > 1 or number in USUAL_FACTORS)
-    return replace(answer_key, exchanged=exchanged, equal=frozenset(equal))
+
+    def __init__(self, kept: Iterable[float] = ()) -> None:
+        self.kept = np.array([*USUAL_FACTORS, *map(abs, kept)])
+
+    def __call__(self, number: float) -> float:
+        """The other number."""
+        if np.isclose(abs(number), self.kept, rtol=EQUAL, atol=0.0).any():
+            return number
+        (bits,) = np.array([abs(number)]).view(np.uint64)
+        return number * float(np.random.default_rng(int(bits)).uniform(*FACTORS))
+
+    def exchange_array(self, numbers: np.ndarray) -> np.ndarray:
+        """An array of the other numbers, of the same shape."""
+        return np.reshape(list(map(self, np.ravel(numbers))), np.shape(numbers))
+
+    def exchange_code(self, answer_key: AnswerKey, numbers: Iterable[float]) -> AnswerKey:
+        """The answer key of a mechanism of the other numbers, for code that has those of the file.
+
+        numbers: of the file, as often as they stand there.
+        """
+        counts = Counter(abs(number) for number in numbers if number)
+        exchanged = {number: self(number) for number in counts}
+        equal = (each for each, count in counts.items() if count > 1 or each in self.kept)
+        return replace(answer_key, exchanged=exchanged, equal=frozenset(equal))
 
 
 @dataclass(frozen=True)
@@ -116,9 +125,14 @@ class AnswerKey:
 
     def is_stated(self, number: float) -> bool:
         """Whether the file states a number of the code, and not one that code has in any case."""
-        near = EQUAL * abs(number)
         is_plain = number == float(f"{number:.1g}")  # 0.5 and 2 are factors too
-        return not is_plain and any(abs(abs(number) - abs(each)) <= near for each in self.numbers)
+        return not is_plain and self.has_number(number)
+
+    def has_number(self, number: float) -> bool:
+        """Whether a number, or its opposite, stands in the file and is no usual factor."""
+        near = EQUAL * abs(number)
+        is_there = any(abs(abs(number) - abs(each)) <= near for each in self.numbers)
+        return is_there and abs(number) not in USUAL_FACTORS
 
     def format_entry(self, entry: Entry) -> str:
         """An entry in words, such as M[theta_1, theta_2]."""

@@ -226,12 +226,12 @@ def list_constants(site: Site) -> Texts:
 
 def list_names_for_constants(site: Site) -> Texts:
     """A name or attribute for a number with a fraction that stands in the place of one."""
-    if isinstance(site.node, ast.Constant) and isinstance(site.node.value, float):
+    if is_fraction(site):
         yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
 
 
 def list_zeros(site: Site) -> Texts:
-    """A name for a number 0 of a vector, such as the offset that somebody left out."""
+    """A name for a number 0 of a vector or of an entry, such as the offset that is left out."""
     is_zero = isinstance(site.node, ast.Constant) and site.node.value in (0, 0.0)
     if not is_zero or site.is_index:
         return
@@ -241,6 +241,10 @@ def list_zeros(site: Site) -> Texts:
     elif isinstance(site.parent, ast.List | ast.Tuple):
         is_row = isinstance(site.tree.parent(site.parent), ast.List)  # of a matrix
         elements = () if is_row else site.parent.elts
+    elif isinstance(site.parent, ast.Assign):  # an entry of a matrix
+        elements = (
+            site.parent.targets[:1] if isinstance(site.parent.targets[0], ast.Subscript) else ()
+        )
     if any(not isinstance(each, ast.Constant) for each in elements):
         yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
 
@@ -352,8 +356,13 @@ def list_powers(site: Site) -> Texts:
     """A square, or none."""
     if is_power(site.node):
         yield ast.unparse(site.node.left)
-    elif (site.is_number or site.is_array) and not is_power(site.parent):
+    elif (site.is_number or site.is_array or is_fraction(site)) and not is_power(site.parent):
         yield f"{site.text} ** 2"
+
+
+def is_fraction(site: Site) -> bool:
+    """Whether it is a number of the code with a fraction, and no index."""
+    return isinstance(site.node, ast.Constant) and isinstance(site.node.value, float)
 
 
 def list_operands(site: Site) -> Texts:

@@ -61,6 +61,7 @@ class SourceJudge:
         self.code = code
         self.compiled = [code.compile(statement) for statement in code.statements]
         here, *others = answer_keys
+        self.here = here
         self.level, trusted = next(iter(here.levels.items()))
         self.as_is = EditedCode(code, self.compiled)
         begun, as_is = time.process_time(), self.as_is.bind(here)
@@ -103,8 +104,11 @@ class SourceJudge:
     def is_certain(self) -> bool:
         """Whether nothing that is right on the user's mechanism is wrong on another one.
 
-        Then the code takes its numbers from the mechanism, and another one is as good a judge.
+        Then the code takes its numbers from the mechanism: another one is as good a judge. Where
+        they are the code's, some may stand for what does not change with the mechanism.
         """
+        if any(each.exchanged for each in self.answer_keys):
+            return False
         here = {entry for number, entry in self.wrong[self.level] if not number}
         there = {entry for number, entry in self.wrong[self.level] if number}
         return there <= here
@@ -206,7 +210,7 @@ class SourceJudge:
         """The answers for another mechanism; None if the code does not take its numbers from it.
 
         It does not if it answers the same there, or if parts that are right here are mostly wrong
-        there.
+        there; of code whose numbers are exchanged, if nothing shows that it does: no entry right.
         """
         if self.level not in answer_key.levels:
             return None
@@ -216,11 +220,27 @@ class SourceJudge:
                 return None
         except Exception:  # of the user's code
             return None
-        parts = [part for part in self.parts if part not in wrong_here]
         trusted = answer_key.levels[self.level]
+        if answer_key.exchanged:
+            right = self._list_right_entries(answer_here)
+            wrong = trusted.find_wrong_entries(answer, self.parts)
+            return answer if right and not right & wrong else None
+        parts = [part for part in self.parts if part not in wrong_here]
         wrong = trusted.find_wrong_entries(answer, parts)
         is_followed = len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
         return answer if is_followed else None
+
+    def _list_right_entries(self, answer: Answer) -> set[Entry]:
+        """The entries that are right on the user's mechanism and not 0."""
+        trusted = self.here.levels[self.level]
+        entries = {
+            (part, *index)
+            for part in self.parts
+            for index in np.argwhere(
+                (np.abs(trusted.right[part]) > trusted.allowed[part]).any(axis=0)
+            ).tolist()
+        }
+        return entries - trusted.find_wrong_entries(answer, self.parts)
 
     def _find_wrong_entries(self, answers: Iterable[Answer], level: str) -> Wrong:
         """The entries that are wrong beside a level at any state, on all mechanisms."""

@@ -25,7 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.source.answer_key import EQUAL, Answer, AnswerKey
+from crosscheck.trial.source.answer_key import EQUAL, USUAL_FACTORS, Answer, AnswerKey
+from crosscheck.trial.source.changes import is_fraction
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edited_code import COUNTER, EditCompiler, EditedCode
@@ -185,9 +186,11 @@ class EditSearch:
             self.edits[rank] = [
                 (edit, self._is_promising(edit.node, is_added=rank >= ADDING_RANK))
                 for edit in list_edits(self.tree, rank)
-                if not self._is_stated(edit.node)
+                if not self._is_stated(edit.node) or ast.unparse(edit.node) in edit.text
             ]
         self._judge_edits(edit for edit, promise in self.edits[rank] if promise == is_likely)
+        if rank == RANKS[0] and is_likely:
+            self._judge_edits(self._list_file_numbers())
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
             LITERAL_RANK: partial(self._solve_literals, LITERAL_RANK),
             VECTOR_RANK: partial(self._solve_literals, VECTOR_RANK),
@@ -288,6 +291,15 @@ class EditSearch:
                     start, values, FEW_DIGITS if rank == STATED_RANK else MANY_DIGITS
                 ):
                     yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
+
+    def _list_file_numbers(self) -> Iterator[Edit]:
+        """Numbers of the file for numbers of the code that are none, nor factors."""
+        numbers = sorted({abs(number) for number in self.answer_keys[0].numbers if number})
+        for node, site in self._list_sites():
+            if is_fraction(site) and (value := ast.literal_eval(node)) not in numbers:
+                near = (n for n in numbers if 1 / LARGEST_RATIO < value / n < LARGEST_RATIO)
+                for number in near if value not in USUAL_FACTORS else ():
+                    yield Edit((RANKS[0], len(KINDS)), node, repr(number))
 
     def _are_likely(self, start: Sequence[float], values: Sequence[float], digits: int) -> bool:
         """Whether somebody may have meant these numbers: what nobody writes mends by chance."""
@@ -520,12 +532,12 @@ class EditSearch:
     def _describe_edit(self, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
         """The record of an edit, with whether it puts a number of the file where another stood."""
         described = describe_edit(self.tree, edit, entries)
-        is_stated = self.answer_keys[0].is_stated
+        has_number = self.answer_keys[0].has_number
         try:
             old, new = map(float, (described.removed, described.added))
         except ValueError:  # no numbers
             return described
-        return replace(described, is_stated=is_stated(new) and not is_stated(old))
+        return replace(described, is_stated=has_number(new) and not has_number(old))
 
 
 get_badness = attrgetter("badness")

@@ -581,7 +581,7 @@ def make():
         row_b = np.array([q[1], q[0]])
         summed = row_b
         summed[0] += 2.5 * q[0]
-        return B @ A @ summed * row_a[0]
+        return B @ A @ summed * row_a[0] + B[0]
 
     return {"ask": ask}
 """

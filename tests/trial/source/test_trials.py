@@ -253,7 +253,17 @@ def test_what_fits_by_chance_is_no_remedy_of_code_with_the_files_numbers(tmp_pat
     """m r is 1: r alone would do as well as m r^2."""
     arm = arm_of((2.5, 0.9, 0.4, 0.07))
     mechanism = make_robot(arm, tmp_path) if is_robot else arm
-    text = "m, r, J = 2.5, 0.4, 0.07\n\ndef mass_matrix(q):\n    return [[J + m * r**2]]\n"
+    text = """
+import numpy as np
+
+m, r, J = 2.5, 0.4, 0.07
+
+def mass_matrix(q):
+    return [[J + m * r**2]]
+
+def gravity(q):
+    return [m * 9.81 * r * np.sin(q[0])]
+"""
     model = write_model(tmp_path, text, ("r**2", "r")).partition(":")[0]
     answer = try_equations(model, mechanism).change
     assert answer.is_unequal
