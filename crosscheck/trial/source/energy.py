@@ -154,11 +154,18 @@ def _list_expressions(
 def _use_plain_symbols(
     value: sp.Expr, x: Sequence[sp.Symbol], v: Sequence[sp.Symbol]
 ) -> sp.Expr | None:
-    """An expression with symbols for functions of time, which stand in the order of their names."""
+    """An expression with symbols for functions of time, by name, or else in the names' order."""
     import sympy as sp
     from sympy.core.function import AppliedUndef
 
-    functions = sorted(value.atoms(AppliedUndef), key=lambda each: _split_digits(str(each.func)))
+    names = list(map(str, x))
+    functions = sorted(
+        value.atoms(AppliedUndef),
+        key=lambda each: (
+            names.index(str(each.func)) if str(each.func) in names else len(names),
+            _split_digits(str(each.func)),
+        ),
+    )
     if not functions:
         return value
     if len(functions) != len(x):

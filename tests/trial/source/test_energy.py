@@ -14,7 +14,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 def model():
     t = sp.Symbol("t")
-    a1, a2 = dynamicsymbols("a1 a2")
+    a1, a2 = dynamicsymbols("psi phi")
     m1, m2, l1, d1, d2, g = sp.symbols("m1 m2 l1 d1 d2 g")
     x1, y1 = d1 * sp.cos(a1), d1 * sp.sin(a1)
     x2 = l1 * sp.cos(a1) + d2 * sp.cos(a1 + a2)
@@ -28,7 +28,7 @@ def model():
     M = sp.Matrix(rows).jacobian(thd.diff(t))
     rest = sp.Matrix(rows).subs(dict.fromkeys(thd.diff(t), 0))
     G = rest.subs(dict.fromkeys(thd, 0))
-    q, v = sp.symbols("q1 q2"), sp.symbols("v1 v2")
+    q, v = sp.symbols("psi phi"), sp.symbols("v1 v2")
     plain = dict(zip([*thd, *th], [*v, *q]))
     M, C, G = (each.subs(plain) for each in (M, sp.expand(rest - G), G))
     values = {m1: "m1", m2: "m2", l1: "L1", d1: "d1", d2: "d2", g: 9.81}
