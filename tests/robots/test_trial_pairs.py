@@ -32,9 +32,11 @@ def test_pairs_of_rows_by_one_matrix():
 
 
 def test_two_values_of_one_number_have_one_owner():
-    mass, search = SimpleNamespace(value=2.0), SimpleNamespace(problem=None, table=None)
+    mass = SimpleNamespace(value=2.0)
     values = [Single("", np.ones(3), number=mass, value=value) for value in (0.0, 4.0)]
-    twice, none, other = PairSearch(search, [*values, Single("", np.ones(3))]).owners
+    singles = [*values, Single("", np.ones(3))]
+    search = type("Search", (PairSearch,), {"singles": singles})(None, None)
+    twice, none, other = search.owners
     assert twice == none != other
 
 

@@ -61,6 +61,11 @@ class PairSearch(ValueSearch, ABC):
     def singles(self) -> Sequence[Single]:
         """The changes that may be one of two."""
 
+    @property
+    def owners(self) -> np.ndarray:
+        """What each change is of: two of one number are no pair."""
+        return np.array([id(each.number or each) for each in self.singles])
+
     def find_pairs(self, places: Places) -> Iterator[tuple[str, bool]]:
         """Pairs that leave nothing of the difference in some places, in words.
 
@@ -71,12 +76,10 @@ class PairSearch(ValueSearch, ABC):
         difference = self.problem.difference[at]
         rows = np.array([each.row[chosen] for each in self.singles])
         is_free = np.array([each.is_free for each in self.singles])
-        # Of one number there are several changes, two of which are none.
-        owners = np.array([id(each.number or each) for each in self.singles])
         sizes, norm = np.linalg.norm(rows, axis=1), float(np.linalg.norm(difference))
         is_part = (sizes > TOLERANCE * np.sqrt(len(at))) & (sizes <= LARGEST * norm)
         kept = np.flatnonzero(is_part)
-        pairs = rank_pairs(rows[kept], is_free[kept], difference, owners[kept])
+        pairs = rank_pairs(rows[kept], is_free[kept], difference, self.owners[kept])
         for i, j, times in pairs:
             pair = self.singles[kept[i]], self.singles[kept[j]]
             factors = [times if each.is_free else 1.0 for each in pair]
