@@ -35,8 +35,7 @@ def test_two_values_of_one_number_have_one_owner():
     mass = SimpleNamespace(value=2.0)
     values = [Single("", np.ones(3), number=mass, value=value) for value in (0.0, 4.0)]
     singles = [*values, Single("", np.ones(3))]
-    search = type("Search", (PairSearch,), {"singles": singles})(None, None)
-    twice, none, other = search.owners
+    twice, none, other = PairSearch.owners.fget(SimpleNamespace(singles=singles))
     assert twice == none != other
 
 
