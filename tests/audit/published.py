@@ -18,8 +18,8 @@ FEW = StudyPlan(
     zetas=(0.02,),
     shaken=(0.02,),
     backlashes=(5.0, 500.0),
-    errors=(1.6, 6.3),
-    back=(0.0, 50.0, 500.0),
+    errors=(6.3,),
+    back=(0.0, 50.0),
 )
 
 

@@ -109,12 +109,14 @@ def list_unused(site: Site) -> Texts:
 def list_unused_factors(site: Site) -> Texts:
     """A vector less one of products with numbers that have names that nothing reads: friction."""
     kind = site.kind or NUMBER
-    is_place = kind[0] == "array" and len(kind) == len(VECTOR) and site.is_sum_place(outer=True)
+    is_vector = kind[0] == "array" and len(kind) == len(VECTOR)
+    if not (is_vector and site.scope.unused and site.is_sum_place(outer=True)):
+        return
     calls = (each for each in site.tree.list_all_nodes() if isinstance(each, ast.Call))
     called = [
         text for text in map(ast.unparse, (each.func for each in calls)) if text[-6:] == ".array"
     ]
-    unused = sorted(site.scope.unused) if is_place and called else []
+    unused = sorted(site.scope.unused) if called else []
     numbers = [text for text in unused if site.scope.kind(text) == NUMBER]
     for factors in combinations(numbers, kind[1] if unused else 1):
         for name, other in site.scope.list_leaves(written=True):

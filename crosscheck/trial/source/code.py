@@ -71,7 +71,8 @@ class UserCode:
         """
         module = ModuleType(MODULE)
         copies = dict[int, Any]()
-        module.__dict__.update({name: _copy(value, copies) for name, value in self.names.items()})
+        own = {name: value for name, value in self.names.items() if name != "__builtins__"}
+        module.__dict__.update({name: _copy(value, copies) for name, value in own.items()})
         module.__dict__.update(names or {}, __name__=MODULE, __file__=self.file)
         sys.modules[MODULE] = module  # dataclasses look their module up
         for code in codes:
@@ -173,6 +174,8 @@ def _find_home(source: Any) -> tuple[Names, str] | None:
     else:
         homes = [vars(each) for each in [*sys.modules.values()] if hasattr(each, "__file__")]
     for names in homes:
+        if id(source) not in map(id, names.values()):  # as of nearly all of a thousand modules
+            continue
         for name, value in names.items():
             if value is source and name in list_made_names(_parse(_find_file(source, names))):
                 return names, name

@@ -25,7 +25,7 @@ class Site:
         """The kind of the expression, None where that is unknown."""
         return self.tree.kind(self.node)
 
-    @property
+    @cached_property
     def text(self) -> str:
         """The text of the node, as Python writes it."""
         return ast.unparse(self.node)

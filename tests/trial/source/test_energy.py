@@ -4,8 +4,8 @@ import pytest
 
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.robot.file import load_robot
 from crosscheck.testing import try_equations
+from tests.robots import chains
 
 LAGRANGE = """
 import sympy as sp
@@ -16,12 +16,11 @@ def model():
     t = sp.Symbol("t")
     a1, a2 = dynamicsymbols("psi phi")
     m1, m2, l1, d1, d2, g = sp.symbols("m1 m2 l1 d1 d2 g")
-    x1, y1 = d1 * sp.cos(a1), d1 * sp.sin(a1)
     x2 = l1 * sp.cos(a1) + d2 * sp.cos(a1 + a2)
     y2 = l1 * sp.sin(a1) + d2 * sp.sin(a1 + a2)
-    T1 = m1 * (x1.diff(t) ** 2 + y1.diff(t) ** 2) / 2
+    T1 = m1 * (d1 * a1.diff(t)) ** 2 / 2
     T2 = m2 * (x2.diff(t) ** 2 + y2.diff(t) ** 2) / 2
-    V = g * m1 * y1 + g * m2 * y2
+    V = g * m1 * d1 * sp.sin(a1) + g * m2 * y2
     L = T1 + T2 - V
     th, thd = sp.Matrix([a1, a2]), sp.Matrix([a1, a2]).diff(t)
     rows = [sp.expand(L.diff(r).diff(t) - L.diff(c)) for r, c in zip(thd, th)]
@@ -43,20 +42,16 @@ def point_masses(joints: int) -> Arm:
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong", "new", "form"),
-    [
-        ("d2 * sp.cos(a1 + a2)", "d2 * sp.cos(a2)", "a1 + a2", ""),
-        ("g * m2 * y2", "g * m2 * x2", "y2", "L alone"),
-        ("g * m2 * y2", "g * m2 * x2", "y2", "forcing"),
-    ],
+    ("right", "wrong", "new", "is_split"),
+    [("d2 * sp.cos", "d2 * sp.sin", "sp.cos", True), ("g * m2 * y2", "g * m2 * x2", "y2", False)],
 )
-def test_a_slip_before_the_energies_is_named(tmp_path, right, wrong, new, form):
+def test_a_slip_before_the_energies_is_named(tmp_path, right, wrong, new, is_split):
+    """is_split: whether V is a variable of its own, and the weights are no part of a force."""
     assert right in LAGRANGE
     text = LAGRANGE.replace(right, wrong, 1)
-    if form == "L alone":
+    if not is_split:
         potential = text[text.index("V = ") + 4 :].partition("\n")[0]
         text = text.replace(f"    V = {potential}\n", "\n").replace("- V", f"- ({potential})")
-    elif form == "forcing":  # of which the weights are a part
         text = text.replace("bias=C, gravity=G", "forcing=-C - G")
     file = tmp_path / "mine.py"
     file.write_text(text, encoding="utf-8")
@@ -93,39 +88,25 @@ def test_an_energy_of_rates_alone_is_one(tmp_path, argument, new):
     assert edit.new in new
 
 
-PENDULUM = """
-<robot name="pendulum">
-  <link name="base"/>
-  <joint name="swing" type="revolute">
-    <parent link="base"/><child link="rod"/><axis xyz="0 -1 0"/>
-    <limit effort="9" velocity="9" lower="-3" upper="3"/>
-  </joint>
-  <link name="rod"><inertial>
-    <origin xyz="0.37 0 0"/><mass value="2.3"/>
-    <inertia ixx="0.01" iyy="0.047" izz="0.05" ixy="0" ixz="0" iyz="0"/>
-  </inertial></link>
-</robot>
-"""
-OF_ROBOT = """
+OF_ROBOT = f"""
 import sympy as sp
 from crosscheck import from_sympy
 
 q, v, m, c, J, g = sp.symbols("q v m c J g")
 T = (m * c**2 + J) * v**2 / 2
-V = g * m * c * sp.sin(q)
+V = -g * m * c * sp.cos(q)
 M, C, G = (sp.Matrix([each]) for each in (T.diff(v, 2), 0, V.diff(q)))
-numbers = {m: 2.3, c: 0.37, J: 0.047, g: 9.81}
+numbers = {{m: {chains.MASS}, c: {chains.LENGTH}, J: {chains.INERTIA}, g: 9.81}}
 model = from_sympy([q], [v], mass_matrix=M, bias=C, gravity=G, values=numbers)
 """
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong"), [("0.047", "0.074"), ("m * c**2 + J", "m * c + J"), ("g * m * c", "g * m")]
+    ("right", "wrong"),
+    [(f"J: {chains.INERTIA}", "J: 0.047"), ("m * c**2 + J", "m * c + J"), ("g * m * c", "g * m")],
 )
 def test_the_energies_of_a_robot_and_the_numbers_behind_them_are_edited(tmp_path, right, wrong):
-    (tmp_path / "pendulum.urdf").write_text(PENDULUM, encoding="utf-8")
     file, text = tmp_path / "mine.py", OF_ROBOT.replace(right, wrong, 1)
     file.write_text(text, encoding="utf-8")
-    robot = load_robot(tmp_path / "pendulum.urdf")
-    (edit,) = try_equations(f"{file}:model", robot).change.edits
+    (edit,) = try_equations(f"{file}:model", chains.robot(chains.BOB)).change.edits
     assert edit.line == text[: text.index(wrong)].count("\n") + 1
