@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from crosscheck.report.trials.output import render_trial_page
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.coordinates.robots import build_robot_frame, place_states
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.input.loading import extract_equations
+from crosscheck.trial.input.loading import extract_equations, load_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import draw_states
 from tests.loops import require_items
@@ -369,10 +369,23 @@ def test_other_functions_of_a_model_are_named_as_not_judged(two):
     )
 
 
-def test_other_functions_of_a_module_are_helpers():
-    module = ModuleType("mine")
-    vars(module).update(mass_matrix=two_link.mass_matrix, jacobian=lambda q: q)
-    assert extract_equations(module, "mine").unused == ()
+FILE = """
+from numpy import eye, sin
+def mass_matrix(q): return scale(eye(2))
+def scale(M): return M
+NAME = lambda q: q
+def test_it(): NAME(0)
+def main(): NAME(0)
+"""
+
+
+def test_functions_of_a_file_that_nothing_reads_are_as_those_of_an_object(two, tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(FILE.replace("NAME", "jacobian"), "utf-8")
+    assert load_equations(str(file), two).unused == ("jacobian",)
+    file.write_text(FILE.replace("NAME", "gravitiy"), "utf-8")
+    with pytest.raises(InputError, match=re.escape(f"gravitiy: {NAMES['gravitiy']}")):
+        load_equations(str(file), two)
 
 
 def test_the_page_lists_as_many_entries_as_are_said_to_be_wrong(two):

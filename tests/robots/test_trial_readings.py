@@ -38,6 +38,12 @@ def test_numbers_that_are_rounded_are_no_other_coordinates():
     assert trial.diagnosis.notes[-1].endswith("rounded to 8 digits?")
 
 
+def test_of_readings_that_nothing_distinguishes_those_of_fewest_coordinates_are_said():
+    turned = Equations(mass_matrix=lambda q: two_link.mass_matrix(q - [0, np.pi / 2]))
+    words = "is right in coordinates with j2 measured from -90 degrees, and not in j1, j2"
+    assert words in run_robot_trial(turned, TWO).headline
+
+
 def test_coordinates_are_counted_without_the_joints_that_follow_others():
     """Of a, b, the slide c that follows b, and d behind it: all three coordinates are angles."""
     slides = chains.LIMIT + '<mimic joint="b" multiplier="0.5"/>'

@@ -68,9 +68,10 @@ def test_a_root_is_where_least_is_left():
     [
         ((5.6e-4, 5.6e-4, 2e-18), ": a slender rod along z"),
         ((1.0, 1.0, -0.98e-9), ": a slender rod along z"),
-        ((1.0, 1.0, -1.02e-9), "no body has these"),
-        ((1e-4, 2e-4, 3.1e-4), "no body has these"),
-        ((1e-4, 2e-4, 2.9e-4), "(file: 0.1)"),
+        ((1.0, 1.0, -1.02e-9), "; no body has these moments: are its six numbers mixed up?"),
+        ((1e-4, 2e-4, 3.1e-4), "; no body has these moments: are its six numbers mixed up?"),
+        ((0.1, 0.1, 0.21), "Izz = 0.21 kg m^2 (file: 0.1 kg m^2); no body has these moments"),
+        ((1e-4, 2e-4, 2.9e-4), "(file: 0.1 kg m^2)"),
     ],
 )
 def test_a_slender_rod_is_a_body(moments, words):

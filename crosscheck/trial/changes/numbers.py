@@ -116,6 +116,11 @@ class RobotNumber:
     factor: bool = False
 
     @property
+    def quantity(self) -> str:
+        """What it measures: its unit, and of a length its axis too."""
+        return f"{self.unit} along {self.path[-1]}" if self.unit == "m" else self.unit
+
+    @property
     def usual_factors(self) -> list[float]:
         """Factors by which somebody may well have written it."""
         units = (*UNITS, *UNITS_OF.get(self.unit, ())) if self.factor else ()
@@ -258,12 +263,10 @@ def get_link_name(robot: Robot, number: int) -> str:
     return next(name for name, frame in robot.frames.items() if frame.body == number)
 
 
-def list_equal_numbers(
-    numbers: Iterable[RobotNumber], unit: str, value: float
-) -> list[RobotNumber]:
-    """Those of some numbers that have a unit and a value, which is not 0."""
-    of_unit = (each for each in numbers if each.unit == unit and value and not each.factor)
-    return [each for each in of_unit if abs(each.value - value) <= ALIKE * abs(value)]
+def list_equal_numbers(numbers: Iterable[RobotNumber], value: float) -> list[RobotNumber]:
+    """Those of some numbers that have a value, which is not 0."""
+    single = (each for each in numbers if value and not each.factor)
+    return [each for each in single if abs(each.value - value) <= ALIKE * abs(value)]
 
 
 def is_physical(robot: Robot, file_robot: Robot) -> bool:

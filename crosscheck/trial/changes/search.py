@@ -415,14 +415,15 @@ def describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique:
     if np.abs(right - moments).max() < LEFT * size:
         return f"{link}: its principal axes of inertia turned, its principal moments right"
     changed = [
-        f"I{AXES[i]}{AXES[j]} = {inertia[i, j]:.6g} (file: {body.inertia[i, j]:.6g})"
+        f"I{AXES[i]}{AXES[j]} = {inertia[i, j]:.6g} kg m^2 (file: {body.inertia[i, j]:.6g} kg m^2)"
         for i, j in zip(*np.triu_indices(3), strict=True)
         if abs(inertia[i, j] - body.inertia[i, j]) > LEFT * size
     ]
     least = -SLENDER * moments[2]
     remark = ""
     if moments[0] < least or moments[0] + moments[1] - moments[2] < least:
-        remark = "; no body has these: are its six numbers mixed up?"
+        mixed = ": are its six numbers mixed up?" if len(changed) > 1 else ""
+        remark = f"; no body has these moments{mixed}"
     elif moments[0] < -least:
         axis = int(np.abs(np.linalg.eigh(inertia)[1][:, 0]).argmax())
         remark = f": a slender rod along {AXES[axis]}"

@@ -183,10 +183,11 @@ class ValueSearch:
         if abs(value) < ALIKE * number.step or is_opposite or not number.unit or number.factor:
             return ""
         others = [each for each in self.table.numbers if each.path != number.path]
-        if equal := list_equal_numbers(others, number.unit, value):
+        others = [each for each in others if each.quantity == number.quantity]
+        if equal := list_equal_numbers(others, value):
             return f"as {equal[0].name}"
         step = value - number.value
         if number.has_usual_factor(value):
             return ""
-        equal = list_equal_numbers(others, number.unit, abs(step))
+        equal = list_equal_numbers(others, abs(step))
         return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""

@@ -36,6 +36,12 @@ class Reading:
     joints: tuple[str, ...] = ()
 
     @property
+    def changed(self) -> int:
+        """How many coordinates it takes for others."""
+        is_other = (self.position != np.eye(len(self.position))).any(axis=1)
+        return int(np.count_nonzero(is_other | (self.offset != 0)))
+
+    @property
     def statement(self) -> str:
         """How equations state these coordinates, where a matrix does; else ''."""
         alike = (self.position == self.rates).all() and (self.position == self.rows).all()
@@ -72,8 +78,10 @@ class JointCoordinates:
 
 
 def select_first_kind(readings: Sequence[Reading]) -> list[Reading]:
-    """The readings of the first one's kind: the others only mirror these."""
-    return [each for each in readings if each.kind == readings[0].kind]
+    """The readings of the first one's kind that change fewest coordinates: others mirror these."""
+    alike = [each for each in readings if each.kind == readings[0].kind]
+    fewest = min(each.changed for each in alike)
+    return [each for each in alike if each.changed == fewest]
 
 
 def list_readings(joints: JointCoordinates) -> list[Reading]:
@@ -156,5 +164,6 @@ def _zeros(joints: JointCoordinates) -> Iterator[Reading]:
                 offset = np.zeros(size)
                 offset[list(group)] = angles
                 pairs = zip(group, angles, strict=True)
-                zeros = (f"{names[k]} where it is {round(a / DEGREE)} degrees" for k, a in pairs)
-                yield replace(still, words=f"the zero of {' and of '.join(zeros)}", offset=offset)
+                zeros = (f"{names[k]} measured from {round(a / DEGREE)} degrees" for k, a in pairs)
+                words = f"coordinates with {' and '.join(zeros)}"
+                yield replace(still, words=words, offset=offset)

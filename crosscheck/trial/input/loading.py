@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import difflib
 import hashlib
 import importlib
@@ -79,11 +80,12 @@ def import_object(text: str) -> Any:
     module, name, folder = _parse_location(text)
     loaded = _load_module(text, module, folder)
     if not name:
-        parts = select_parts(vars(loaded))
-        if not vars(parts):
+        if not vars(select_parts(vars(loaded))):
             reason = f"has none of {', '.join(TAKES)}; name what has them, as file.py:name"
-            raise InputError(text, "", None, f"{reason}{_list_names(loaded)}")
-        return parts
+            near = [difflib.get_close_matches(name, TAKES, 1, 0.75) for name in vars(loaded)]
+            meant = "".join(f" (did you mean {part}?)" for (part,) in filter(None, near))
+            raise InputError(text, "", None, f"{reason}{_list_names(loaded)}{meant}")
+        return loaded
     named_object: Any = loaded
     for part in name.split("."):
         if isinstance(getattr(named_object, part, sys), ModuleType):  # which may be none
@@ -316,23 +318,24 @@ def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
     """
     if isinstance(source, Equations):
         return source
-    if isinstance(source, type) or not (_has_parts(source) or isinstance(source, SimpleNamespace)):
+    is_namespace = isinstance(source, SimpleNamespace | ModuleType)
+    if isinstance(source, type) or not (_has_parts(source) or is_namespace):
         kind = "None" if source is None else describe_type(source)
         must = "must return" if verb == "returned" else "must be"
         is_sympy = type(source).__module__.startswith("sympy.")
         reason = f"{verb} {kind}; {must} {OF_SYMPY if is_sympy else ACCEPTED}"
         raise InputError(where, "", None, reason)
-    if isinstance(source, ModuleType):  # as of a file that is named
-        source = select_parts(vars(source))
     names = {entry.name for entry in fields(Equations)} - SET_HERE
+    # Of a file's other names, such as level, nobody knows what they mean.
+    parts = select_parts(vars(source)) if isinstance(source, ModuleType) else source
     attributes = {
-        name: getattr(source, name) for name in names if getattr(source, name, None) is not None
+        name: getattr(parts, name) for name in names if getattr(parts, name, None) is not None
     }
     return Equations(**attributes, unused=_find_unused(source, names, set(attributes), where))
 
 
 def _find_unused(source: Any, names: set[str], given: set[str], where: str) -> tuple[str, ...]:
-    """Names of an object's functions that are no part of equations; of a namespace, of anything.
+    """Names of an object's or file's functions that are no part; of a namespace, of anything.
 
     names: of what is read; given: of those that are there. Raises InputError for a name like that
     of a part that is missing, of a function that takes what parts take, and for any other name in a
@@ -353,8 +356,45 @@ def _find_unused(source: Any, names: set[str], given: set[str], where: str) -> t
     return tuple(sorted(other))
 
 
+def _find_unread_names(module: ModuleType) -> set[str]:
+    """Public functions that a file defines and that nothing in it reads but its tests and main."""
+    if not (module.__dict__.get("__file__") or "").endswith(".py"):
+        return set()
+    defined, read = set[str](), set[str]()
+    for statement in ast.parse(Path(str(module.__file__)).read_bytes()).body:
+        name = getattr(statement, "name", "")  # of a function or class
+        if name == "main" or name.startswith("test_") or _is_main_guard(statement):
+            continue
+        nodes = list(ast.walk(statement))
+        names = [node for node in nodes if isinstance(node, ast.Name)]
+        read |= {node.id for node in names if isinstance(node.ctx, ast.Load)} - {name}
+        if isinstance(statement, ast.FunctionDef):
+            defined.add(name)
+        elif not isinstance(statement, ast.ClassDef):
+            defined |= {node.id for node in names if isinstance(node.ctx, ast.Store)}
+    functions = {name: vars(module).get(name) for name in defined - read}
+    return {
+        name
+        for name, value in functions.items()
+        if not name.startswith("_")
+        and callable(value)
+        and not isinstance(value, type)
+        # Symbols of sympy can be called as well.
+        and list_parameters(value) is not None
+    }
+
+
+def _is_main_guard(statement: ast.stmt) -> bool:
+    """Whether a statement is ``if __name__ == "__main__"``."""
+    if not isinstance(statement, ast.If):
+        return False
+    return any(getattr(node, "id", "") == "__name__" for node in ast.walk(statement.test))
+
+
 def _public_names(source: Any) -> set[str]:
     """Public names of an object's functions, those of libraries' classes excepted."""
+    if isinstance(source, ModuleType):
+        return _find_unread_names(source)
     if isinstance(source, SimpleNamespace):
         return {name for name in vars(source) if not name.startswith("_")}
     home = type(source).__module__
