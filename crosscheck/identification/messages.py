@@ -36,6 +36,8 @@ FITS: dict[Side, tuple[str, str]] = {
 }
 LARGE_REST_PERCENT = 20.0  # unexplained share of torques at which links and friction explain little
 LARGE_FACTOR = 10.0  # on the torques of the file's links, from which on units are suspected
+# Time between rows [s] of no controller, but of one whose times are in another unit.
+UNUSUAL_STEPS = {"seconds": (0.0, 1e-5), "milliseconds": (0.2, np.inf)}
 LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
@@ -47,6 +49,9 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
     """The sentences that answer, the most important one first."""
     if not comparison.engines_agree:
         return list(describe_disagreement(comparison.engines, comparison.mechanism.noun))
+    doubt = suspect_units(comparison)
+    if doubt:
+        return [doubt]
     sentences: list[str] = []
     if comparison.tilt is not None:
         sentences += [comparison.tilt.describe(), "What follows holds with that gravity."]
@@ -59,7 +64,7 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
         for side, _ in judged:
             sentences += _describe_delay(side)
         return [*sentences, *_describe_runs(comparison)]
-    return [*_suspect_units(comparison), *sentences, *_describe_terms(comparison)]
+    return [*sentences, *_describe_terms(comparison)]
 
 
 def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
@@ -79,14 +84,23 @@ def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
             yield from _describe_side(side, _has_gears(comparison.mechanism))
 
 
-def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
-    """A line that asks for the units, where links would need a factor that no wrong link has."""
+def suspect_units(comparison: RecordComparison) -> str:
+    """A line that asks for the units, of which what follows would be no more than a consequence.
+
+    Empty where the files explain the record, links need no factor that no wrong link has, and rows
+    are as far apart as those of a controller.
+    """
+    if not comparison.engines_agree or comparison.has_explanation:
+        return ""
+    head, asked = "The units may be wrong:", "Check the units of time, angles and torques."
+    for record in comparison.records:
+        for unit, (least, most) in UNUSUAL_STEPS.items():
+            if least < record.step < most:
+                return f"{head} rows are {record.step:.3g} s apart. Is the time in {unit}? {asked}"
     factors = [abs(each.value) for side in comparison.sides for each in side.wrong_factors]
     if any(not 1 / LARGE_FACTOR < value < LARGE_FACTOR for value in factors):
-        yield (
-            "The units may be wrong: the torques are far from those of the file's links. Check the"
-            " units of time, angles and torques."
-        )
+        return f"{head} the torques are far from those of the file's links. {asked}"
+    return ""
 
 
 def _describe_judgement(

@@ -45,7 +45,12 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
 
 
 def _select_sides(comparison: RecordComparison) -> tuple[SideResult, ...]:
-    """Sides to show: without those of scaled links where the file or one change explains all."""
+    """Sides to show: without those of scaled links where the file or one change explains all.
+
+    None where units are in doubt, which all numbers of a side come from.
+    """
+    if messages.suspect_units(comparison):
+        return ()
     return comparison.judged_sides if comparison.has_explanation else comparison.sides
 
 
@@ -256,15 +261,17 @@ def comparison_page(comparison: RecordComparison) -> str:
     from crosscheck.report.rendering import render_page
 
     sides = _select_sides(comparison)
+    windows = comparison.windows if sides else ()
     return render_page(
         "compared",
         comparison=comparison,
+        windows=windows,
         sides=sides,
         answers=messages.describe_answers(comparison),
         words=messages,
-        ratios=_draw_ratios(comparison),
+        ratios=_draw_ratios(comparison) if sides else "",
         figures=[draw_residual(side) for side in sides],
-        runs=_draw_runs_figure(comparison) if comparison.windows else "",
+        runs=_draw_runs_figure(comparison) if windows else "",
     )
 
 

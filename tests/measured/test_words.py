@@ -139,10 +139,23 @@ def test_an_arm_without_gears_has_no_rotors_to_distinguish():
     assert messages._has_gears(LABELLED)
 
 
-@pytest.mark.parametrize(("factor", "is_suspect"), [(0.09, True), (-1.0, False), (11.0, True)])
-def test_units_are_suspected_where_links_would_be_another_order_of_size(factor, is_suspect):
+@pytest.mark.parametrize(
+    ("factor", "step", "suspected"),
+    [
+        *[(0.09, 0.01, "links"), (-1.0, 0.01, ""), (11.0, 0.01, "links")],
+        *[(1.0, 1.0, "in milliseconds"), (1.0, 1e-6, "in seconds")],
+    ],
+)
+def test_units_are_suspected_and_nothing_else_concluded(factor, step, suspected):
     sides = (side(wrong_factors=()), side(wrong_factors=(replace(FACTOR, value=factor),)))
-    assert bool([*messages._suspect_units(made(sides=sides))]) == is_suspect
+    doubtful = made(sides=sides, records=[made(step=step)], engines_agree=True)
+    doubtful.has_explanation = False
+    said = messages.suspect_units(doubtful)
+    assert suspected in said
+    assert not said or (messages.describe_answers(doubtful), output._select_sides(doubtful)) == (
+        [said],
+        (),
+    )
 
 
 def test_an_estimate_that_another_band_moves_has_no_interval(snapshot: SnapshotAssertion):
