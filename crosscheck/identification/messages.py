@@ -38,7 +38,7 @@ LARGE_REST_PERCENT = 20.0  # unexplained share of torques at which links and fri
 LARGE_FACTOR = 10.0  # on the torques of the file's links, from which on units are suspected
 # Time between rows [s] of no controller, but of one whose times are in another unit.
 UNUSUAL_STEPS = {"seconds": (0.0, 1e-5), "milliseconds": (0.2, np.inf)}
-LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
+LARGEST_RATIO = 1e6  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
 UNDETERMINED = "the record does not determine it"
@@ -118,8 +118,8 @@ def _describe_judgement(
         others = sorted(judgement.levels[1:], key=lambda each: each.surprise)[:1]
         beside = ""
         for each in others:
-            by = _format_ratio(judgement.compare(each, best))
-            beside = f"; {each.level}, the next best, is {by} times less likely"
+            by = format_ratio(judgement.compare(each, best), " times less likely")
+            beside = f"; {each.level}, the next best, is {by}"
         yield f"Its residual is {left}{beside}."
     elif judgement.explained:
         names = " and ".join(each.level for each in explanations)
@@ -427,7 +427,7 @@ def _format_interval(each: TermEstimate, unit: str = "") -> str:
     if each.doubled is not None:
         beside = f"{each.doubled:{digits}}{after} in twice the band"
         return f"{value:{digits}}{after} (depends on the band: {beside})"
-    interval = f"{value:{digits}} +- {half_width:{digits if is_usual else '.2g'}}{after}"
+    interval = f"{value:{digits}} ± {half_width:{digits if is_usual else '.2g'}}{after}"
     return interval if each.is_determined else f"{interval} ({UNDETERMINED})"
 
 
@@ -461,9 +461,9 @@ def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
     return texts
 
 
-def _format_ratio(ratio: float) -> str:
-    """A likelihood ratio of levels as text."""
-    return f"{ratio:.2g}" if ratio <= LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
+def format_ratio(ratio: float, unit: str = "") -> str:
+    """How much less likely something is, as text; unit: what follows a number."""
+    return f"{ratio:.2g}{unit}" if ratio <= LARGEST_RATIO else "far less likely"
 
 
 def format_number(value: float) -> str:
