@@ -277,7 +277,7 @@ def _format_interval(each: TermEstimate) -> str:
     text = format_estimate(each).removeprefix(f"{each.term.name} ")
     if each.doubled is not None:
         return f"{text.split()[0]}†"
-    return text.removesuffix(each.term.unit).replace("+-", "±").strip()
+    return text.removesuffix(each.term.unit).strip()
 
 
 def draw_picture(studies: Sequence[Study]) -> str:

@@ -57,15 +57,9 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
     """Print the range of every quantity, and the difference from a second engine."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
-        names = (Column(head, overflow="fold") for head in ("quantity", "unit"))
-        table = Table(*names, box=None)
         console = Console()
         console.width = max(console.width, LEAST_WIDTH)
-        # On a narrow terminal names are folded; numbers stay whole.
-        for head in ("undefined", "least", "median", "largest"):
-            table.add_column(head, no_wrap=True)
-        if checked:
-            table.add_column("second engine off by", overflow="fold")
+        rows: list[list[str]] = []
         gone = int(np.isfinite(result[DIVERGED].values).sum())
         if gone:
             print(f"{gone:,} of {study.count:,} members diverged and have no numbers")
@@ -82,13 +76,26 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
                 else:
                     row += [""] * 3
                 row += [_format_engine_difference(part, column.name)] * checked
-                cells = list(map(make_printable, row))
-                if console.width < 2 * LEAST_WIDTH:
-                    cells[0] = _fold_name(cells[0])
-                table.add_row(*cells)
-        console.print(table)
+                rows.append(list(map(make_printable, row)))
+        console.print(_arrange_ranges(console, rows, checked))
     if (stride := study.base.scenario.stride) > 1:
         print(f"taken at recorded steps, one in {stride} (scenario.record_every)")
+
+
+def _arrange_ranges(console: Console, rows: Sequence[Sequence[str]], checked: bool) -> Table:
+    """The table of ranges: numbers and names whole; names folded where a console is too narrow."""
+    folded = [[_fold_name(name), *others] for name, *others in rows]
+    for arranged in (rows, folded):
+        table = Table(Column("quantity", no_wrap=True), Column("unit", overflow="fold"), box=None)
+        for head in ("undefined", "least", "median", "largest"):
+            table.add_column(head, no_wrap=True)
+        if checked:
+            table.add_column("engines differ by", overflow="fold")
+        for row in arranged:
+            table.add_row(*row)
+        if console.measure(table).minimum <= console.width:
+            break
+    return table
 
 
 def _select_joints(result: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:

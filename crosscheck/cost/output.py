@@ -39,7 +39,7 @@ LEAST_PERCENT = 0.001
 
 
 def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
-    """Lines that answer: shortcuts' cost, rotors, agreement of engines, causes, negligible ratios.
+    """Lines that answer: shortcuts' cost, rotors, causes, negligible ratios, agreement of engines.
 
     If engines disagree, no cost is given, since each one of them might be wrong.
     """
@@ -52,8 +52,8 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
         return
     yield from _describe_costs(costs)
     yield from _describe_rotors(costs)
-    yield _describe_agreement(costs)
     yield from _describe_coupling(costs)
+    yield _describe_agreement(costs)
 
 
 def _describe_coupling(costs: ShortcutCosts) -> Iterator[str]:
@@ -125,8 +125,8 @@ def _describe_costs(
         (tip,) = (each for each in costs.tips if each.level == level)
         yield (
             f"{head.format(costs.robot.name)}: the {torques} wrong by up to"
-            f" {format_percent(most)} of {whose}. {head.partition(' of {}')[0]} puts"
-            f" {costs.robot.tip} {describe_distances(tip.distances)} after 1 s of feed-forward."
+            f" {format_percent(most)} of {whose}, and after 1 s of feed-forward {costs.robot.tip}"
+            f" is {describe_distances(tip.distances)}."
         )
 
 

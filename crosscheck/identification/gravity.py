@@ -68,7 +68,7 @@ class GravityEstimate:
         axis = np.cross(self.value, self.in_file)
         about = _format_vector(np.round(axis / np.linalg.norm(axis), 2) + 0.0)
         return (
-            f"The base is tilted by {angle[0]:.{digits}f} +- {angle[1]:.{digits}f} degrees about"
+            f"The base is tilted by {angle[0]:.{digits}f} ± {angle[1]:.{digits}f} degrees about"
             f" {about}: with the file's links {tail}."
         )
 
@@ -79,4 +79,4 @@ def _format_vector(values: np.ndarray, half_width: np.ndarray | None = None) -> 
         return f"({', '.join(f'{value:.5g}' for value in values)})"
     widest = float(half_width.max())
     digits = max(0, min(9, int(1 - np.floor(np.log10(max(widest, 1e-9))))))
-    return f"({', '.join(f'{value:.{digits}f}' for value in values)}) +- {widest:.{digits}f}"
+    return f"({', '.join(f'{value:.{digits}f}' for value in values)}) ± {widest:.{digits}f}"

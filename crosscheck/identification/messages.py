@@ -36,7 +36,9 @@ FITS: dict[Side, tuple[str, str]] = {
 }
 LARGE_REST_PERCENT = 20.0  # unexplained share of torques at which links and friction explain little
 LARGE_FACTOR = 10.0  # on the torques of the file's links, from which on units are suspected
-LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
+# Time between rows [s] of no controller, but of one whose times are in another unit.
+UNUSUAL_STEPS = {"seconds": (0.0, 1e-5), "milliseconds": (0.2, np.inf)}
+LARGEST_RATIO = 1e6  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
 UNDETERMINED = "the record does not determine it"
@@ -47,6 +49,9 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
     """The sentences that answer, the most important one first."""
     if not comparison.engines_agree:
         return list(describe_disagreement(comparison.engines, comparison.mechanism.noun))
+    doubt = suspect_units(comparison)
+    if doubt:
+        return [doubt]
     sentences: list[str] = []
     if comparison.tilt is not None:
         sentences += [comparison.tilt.describe(), "What follows holds with that gravity."]
@@ -59,7 +64,7 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
         for side, _ in judged:
             sentences += _describe_delay(side)
         return [*sentences, *_describe_runs(comparison)]
-    return [*_suspect_units(comparison), *sentences, *_describe_terms(comparison)]
+    return [*sentences, *_describe_terms(comparison)]
 
 
 def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
@@ -79,14 +84,23 @@ def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
             yield from _describe_side(side, _has_gears(comparison.mechanism))
 
 
-def _suspect_units(comparison: RecordComparison) -> Iterator[str]:
-    """A line that asks for the units, where links would need a factor that no wrong link has."""
+def suspect_units(comparison: RecordComparison) -> str:
+    """A line that asks for the units, of which what follows would be no more than a consequence.
+
+    Empty where the files explain the record, links need no factor that no wrong link has, and rows
+    are as far apart as those of a controller.
+    """
+    if not comparison.engines_agree or comparison.has_explanation:
+        return ""
+    head, asked = "The units may be wrong:", "Check the units of time, angles and torques."
+    for record in comparison.records:
+        for unit, (least, most) in UNUSUAL_STEPS.items():
+            if least < record.step < most:
+                return f"{head} rows are {record.step:.3g} s apart. Is the time in {unit}? {asked}"
     factors = [abs(each.value) for side in comparison.sides for each in side.wrong_factors]
     if any(not 1 / LARGE_FACTOR < value < LARGE_FACTOR for value in factors):
-        yield (
-            "The units may be wrong: the torques are far from those of the file's links. Check the"
-            " units of time, angles and torques."
-        )
+        return f"{head} the torques are far from those of the file's links. {asked}"
+    return ""
 
 
 def _describe_judgement(
@@ -104,8 +118,8 @@ def _describe_judgement(
         others = sorted(judgement.levels[1:], key=lambda each: each.surprise)[:1]
         beside = ""
         for each in others:
-            by = _format_ratio(judgement.compare(each, best))
-            beside = f"; {each.level}, the next best, is {by} times less likely"
+            by = format_ratio(judgement.compare(each, best), " times less likely")
+            beside = f"; {each.level}, the next best, is {by}"
         yield f"Its residual is {left}{beside}."
     elif judgement.explained:
         names = " and ".join(each.level for each in explanations)
@@ -413,7 +427,7 @@ def _format_interval(each: TermEstimate, unit: str = "") -> str:
     if each.doubled is not None:
         beside = f"{each.doubled:{digits}}{after} in twice the band"
         return f"{value:{digits}}{after} (depends on the band: {beside})"
-    interval = f"{value:{digits}} +- {half_width:{digits if is_usual else '.2g'}}{after}"
+    interval = f"{value:{digits}} ± {half_width:{digits if is_usual else '.2g'}}{after}"
     return interval if each.is_determined else f"{interval} ({UNDETERMINED})"
 
 
@@ -447,9 +461,9 @@ def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
     return texts
 
 
-def _format_ratio(ratio: float) -> str:
-    """A likelihood ratio of levels as text."""
-    return f"{ratio:.2g}" if ratio <= LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
+def format_ratio(ratio: float, unit: str = "") -> str:
+    """How much less likely something is, as text; unit: what follows a number."""
+    return f"{ratio:.2g}{unit}" if ratio <= LARGEST_RATIO else "far less likely"
 
 
 def format_number(value: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -45,7 +45,12 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
 
 
 def _select_sides(comparison: RecordComparison) -> tuple[SideResult, ...]:
-    """Sides to show: without those of scaled links where the file or one change explains all."""
+    """Sides to show: without those of scaled links where the file or one change explains all.
+
+    None where units are in doubt, which all numbers of a side come from.
+    """
+    if messages.suspect_units(comparison):
+        return ()
     return comparison.judged_sides if comparison.has_explanation else comparison.sides
 
 
@@ -58,16 +63,16 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
         "none": "",
     }
     yield (
-        f"{messages.SIDE_PHRASES[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
-        f" by rows {1e3 * side.samples.step:.3g} ms apart,"
-        f" condition number {side.fit.condition:.3g}, errors by {side.fit.blocks} blocks"
+        f"{messages.SIDE_PHRASES[side.side]}{links[side.links]}: frequencies up to"
+        f" {side.bandwidth:.3g} Hz, a row every {1e3 * side.samples.step:.3g} ms,"
+        f" condition number {side.fit.condition:.3g}, errors from {side.fit.blocks} blocks"
     )
     if side.judgement is not None:
         for each in (*side.judgement.levels, *side.judgement.changes):
             number = "" if each.estimate is None else messages.format_estimate(each.estimate)
             head = f"  {each.level}, {number or 'the file'}"
             ratios = messages.format_row(side.measured, each.ratios)
-            yield f"{head}: residual over that of any links {ratios}"
+            yield f"{head}: residual over that of freely fitted links {ratios}"
         if is_brief:
             yield from (
                 f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction
@@ -256,15 +261,17 @@ def comparison_page(comparison: RecordComparison) -> str:
     from crosscheck.report.rendering import render_page
 
     sides = _select_sides(comparison)
+    windows = comparison.windows if sides else ()
     return render_page(
         "compared",
         comparison=comparison,
+        windows=windows,
         sides=sides,
         answers=messages.describe_answers(comparison),
         words=messages,
-        ratios=_draw_ratios(comparison),
-        figures=[draw_residual(side) for side in sides],
-        runs=_draw_runs_figure(comparison) if comparison.windows else "",
+        ratios=_draw_ratios(comparison) if sides else "",
+        figures=[draw_residual(side, comparison.mechanism.robot.joint_units) for side in sides],
+        runs=_draw_runs_figure(comparison) if windows else "",
     )
 
 
@@ -287,7 +294,8 @@ def _draw_ratios(comparison: RecordComparison) -> str:
 
 
 def _draw_runs_figure(comparison: RecordComparison) -> str:
-    names = comparison.mechanism.robot.coordinate_names
+    robot = comparison.mechanism.robot
+    names = [f"{name} [{robot.joint_units[name]}]" for name in robot.coordinate_names]
     column = JointColumn("", "time [s]", partial(draw_runs, comparison.windows))
     return draw_joints(names, [column], height=2.2, same_axis=True)
 
@@ -301,8 +309,11 @@ def draw_runs(windows: Sequence[Window], joint: int, axes: Axes) -> None:
         axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
 
 
-def draw_residual(side: SideResult) -> str:
-    """SVG text: what each joint's torque leaves against time, rate and position."""
+def draw_residual(side: SideResult, units: Mapping[str, str]) -> str:
+    """SVG text: what each joint's torque leaves against time, rate and position.
+
+    units: of the joints' coordinates by name.
+    """
     samples = side.samples
     places = [list(side.names).index(name) for name in side.measured]
     time = np.repeat(samples.step * np.arange(len(samples.q))[:, None], len(places), axis=1)
@@ -312,12 +323,15 @@ def draw_residual(side: SideResult) -> str:
         axes.plot(signals[shown, row], side.fit.residual[shown, row], ".", ms=3, alpha=0.7)
         axes.axhline(0.0, color="0.6", lw=0.6)
 
+    there = sorted({units[name] for name in side.measured}, reverse=True)
+    of_rates = " or ".join(f"{unit}/s" for unit in there)
     columns = [
         JointColumn("", label, partial(draw_against, signals))
         for label, signals in (
             ("time [s]", time),
-            ("rate", samples.v[:, places]),
-            ("position", samples.q[:, places]),
+            (f"rate [{of_rates}]", samples.v[:, places]),
+            (f"position [{' or '.join(there)}]", samples.q[:, places]),
         )
     ]
-    return draw_joints(side.measured, columns, height=1.7, same_axis=False)
+    names = [f"{name} [{'N' if units[name] == 'm' else 'N m'}]" for name in side.measured]
+    return draw_joints(names, columns, height=1.7, same_axis=False)

@@ -23,6 +23,7 @@ FACTORS = {
     "the rates are in revolutions per minute": 30 / pi,
     "the angles are in degrees": pi / 180,
     "the times are in milliseconds": 1e3,
+    "the times are in seconds": 1e-3,
 }
 SAME = 0.02
 DEGREE = 5  # accelerations are cubic in time between knots

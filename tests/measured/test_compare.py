@@ -305,7 +305,7 @@ def test_gravity_is_asked_before_numbers_and_links_where_the_base_is_tilted(sort
     across, axis = np.cross(tilt.value, own.robot.gravity), np.sign(degrees) * AXES[sort]
     assert axis @ across > 0.99 * np.linalg.norm(across)
     first = describe_answers(comparison)[0]
-    assert any(f"is tilted by {angle:.{digits}f} +- " in first for digits in (2, 3, 4))
+    assert any(f"is tilted by {angle:.{digits}f} ± " in first for digits in (2, 3, 4))
     assert f"the file says ({', '.join(f'{each:g}' for each in own.robot.gravity)})" in first
     if sort == "arm":
         assert f"degrees about (0, 0, {axis[2]:g}): " in first

@@ -395,7 +395,7 @@ def test_of_gravity_that_the_file_has_not_a_question_is_asked():
     whole = GravityEstimate(value, half_width, none)
     assert (whole.angle_deg, whole.is_tilted) == (None, True)
     assert whole.describe() == (
-        "Is the base tilted? With the file's links gravity (0.000, -9.800, 0.000) +- 0.030 m/s^2"
+        "Is the base tilted? With the file's links gravity (0.000, -9.800, 0.000) ± 0.030 m/s^2"
         " in the base's frame (the file says (0, 0, 0)) alone explains the torques."
     )
     assert GravityEstimate(0.4 * value, half_width, none, (0, 1)).is_tilted

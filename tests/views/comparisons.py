@@ -147,11 +147,11 @@ PHRASES = {
     "all but {} %": "unexplained [%]",
     "leave {} %": "unexplained [%]",
     ": {} of the torques' terms apart, at most {}": "furthest, allowed",
-    "to {} by rows {} apart": "bandwidth_hz, rows_apart_s",
+    "to {}(?: are fitted, with|,) a row every {}": "bandwidth_hz, rows_apart_s",
     "condition number {}": "condition_number",
-    "by {} blocks": "blocks",
-    "any links {} at [^,]+, {} at": "times, times",
-    "{} \\+- {}": "estimate, ± (95 %)",
+    "from {} blocks": "blocks",
+    "fitted links {} at [^,]+, {} at": "times, times",
+    "{} ± {}": "estimate, ± (95 %)",
     "{} \\(depends on the band: {}": "estimate, estimate_in_twice_the_band",
     ": {} parameters, residual {}, {} predicted; rms {} at [^,]+, {} at": (
         "parameters, weighted_rms, weighted_rms_predicted, rms_N_m, rms_N_m"

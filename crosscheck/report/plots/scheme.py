@@ -20,6 +20,7 @@ WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
 FIRST_RAD, BEND_RAD = 0.62, 0.95  # angle of the first link, and of each joint, to and fro
 AZIMUTH_RAD, RISE_RAD = 0.6, 0.35  # direction from which a robot is seen
 LARGEST_LEAN = 0.9  # x component of the upward direction above which y defines the direction across
+LETTER_WIDTH, CLEARANCE = 9.0, 8.0  # of labels: a digit, and what they are away from lines
 LEAST_RING, MOST_RING, LEAST_MOTOR = 15.0, 40.0, 6.0  # radii, to be seen whole
 
 
@@ -64,12 +65,45 @@ def draw_robot(robot: Robot) -> str:
         parts.append(_draw_circle(here, LEAST_MOTOR, kind))
         close = next((each for each in labels if abs(each - here) < 3 * LEAST_MOTOR), here)
         labels.setdefault(close, []).append((str(number), here))
+    obstacles = list(zip(rod_points[::2], rod_points[1::2], strict=True))
+    obstacles += [(each, each) for each in joint_points]
+    taken: list[complex] = []  # ends of the labels that are there
     for group in labels.values():
         numbers, points = zip(*group, strict=True)
-        right, top = max(each.real for each in points), min(each.imag for each in points)
-        place = f'x="{right + 10:.1f}" y="{top - 4:.1f}"'
-        parts.append(f"<text {place}>{', '.join(numbers)}</text>")
+        text = ", ".join(numbers)
+        place = _place_label(
+            len(text) * LETTER_WIDTH, points, [*obstacles, *((each, each) for each in taken)]
+        )
+        taken += [place, place + len(text) * LETTER_WIDTH]
+        parts.append(f'<text x="{place.real:.1f}" y="{place.imag:.1f}">{text}</text>')
     return _make_picture(parts, repr(robot).splitlines())
+
+
+def _place_label(
+    width: float, points: Sequence[complex], obstacles: Iterable[tuple[complex, complex]]
+) -> complex:
+    """The left end of a label beside points, on the first side that is clear, or the clearest.
+
+    obstacles: ends of lines, alike of a point.
+    """
+    right, left = max(each.real for each in points) + 10, min(each.real for each in points) - 10
+    top, low = min(each.imag for each in points) - 4, max(each.imag for each in points) + 15
+    ends = list(obstacles)
+    places = [complex(x, y) for x in (right, left - width) for y in (top, low)]
+
+    def measure(place: complex) -> float:
+        middle = place + complex(0, -LETTER_WIDTH / 2)
+        ahead = np.linspace(middle, middle + width, 5)
+        return min(_measure_distance(each, *end) for each in ahead for end in ends)
+
+    return next((each for each in places if measure(each) >= CLEARANCE), max(places, key=measure))
+
+
+def _measure_distance(point: complex, start: complex, end: complex) -> float:
+    """The distance of a point from a line between two ends."""
+    along = end - start
+    part = ((point - start) * along.conjugate()).real / abs(along) ** 2 if along else 0.0
+    return abs(point - start - min(max(part, 0.0), 1.0) * along)
 
 
 def _face_viewer(upward: np.ndarray) -> np.ndarray:
