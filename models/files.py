@@ -70,7 +70,7 @@ def read_raw_scenario(name: str) -> dict[str, Any]:
 
 def _require_kind(content: dict[str, Any], name: str, kind: str) -> dict[str, Any]:
     """The content of a file. Raises InputError for one that has fields of other kinds alone."""
-    kinds = [words for own, words in KINDS.items() if not own.isdisjoint(content)]
+    kinds = [words for keys, words in KINDS.items() if not keys.isdisjoint(content)]
     if kinds and kind not in kinds:
         what, mark, remedy = kinds[0].partition(";")
         raise InputError(name, "", None, f"is {what}, not {kind}{mark}{remedy}")

@@ -260,9 +260,9 @@ def list_further_matrix_products(site: Site) -> Texts:
         if not is_matrix_product(node) or is_matrix_product(site.tree.parent(node)):
             continue
         for factor, other in ((node.left, node.right), (node.right, node.left)):
-            known = site.tree.kind(other)
-            for text, kind in site.scope.list_leaves(written=True) if known else ():
-                sides = (kind, known) if factor is node.left else (known, kind)
+            beside = site.tree.kind(other)
+            for text, kind in site.scope.list_leaves(written=True) if beside else ():
+                sides = (kind, beside) if factor is node.left else (beside, kind)
                 if _can_be_multiplied(*sides) and find_product_kind(*sides) == site.kind:
                     like = write_exchanged(Site(site.tree, node), [(factor, text)])
                     yield from (f"{write_operand(site.node)} {sign} {like}" for sign in "-+")

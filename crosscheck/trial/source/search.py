@@ -138,7 +138,7 @@ class EditSearch:
     def _find_energies(self) -> Energies | None:
         """Find the energies from which SymPy derives the equations, if it does."""
         build = self.answer_keys[0].build
-        if build is None or "sympy" not in sys.modules:
+        if build is None or sys.modules.get("sympy") is None:
             return None
         equations = build(self.code.run(self.judge.compiled))
         return find_energies(self.tree, equations, self.answer_keys[0].bind_symbols)
@@ -227,7 +227,7 @@ class EditSearch:
         """What moves with the values of expressions, by their identity, where that can be seen.
 
         What moves alike in two calls may cancel, though an edit might make it unlike: if nothing
-        moves, it is moved otherwise each time.
+        moves, each evaluation has another value.
         """
         nodes = [
             node
