@@ -71,8 +71,8 @@ class UserCode:
         """
         module = ModuleType(MODULE)
         copies = dict[int, Any]()
-        own = {name: value for name, value in self.names.items() if name != "__builtins__"}
-        module.__dict__.update({name: _copy(value, copies) for name, value in own.items()})
+        names_of_file = [name for name in self.names if name != "__builtins__"]
+        module.__dict__.update({name: _copy(self.names[name], copies) for name in names_of_file})
         module.__dict__.update(names or {}, __name__=MODULE, __file__=self.file)
         sys.modules[MODULE] = module  # dataclasses look their module up
         for code in codes:
