@@ -117,18 +117,23 @@ def assert_agrees(
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
+    from crosscheck.models.errors import InputError
+
     __tracebackhide__ = True
-    trial = try_equations(
-        equations,
-        arm,
-        scenarios=scenarios,
-        switches=switches,
-        level=level,
-        quick=quick,
-        jobs=jobs,
-        seed=seed,
-        name=name,
-    )
+    try:
+        trial = try_equations(
+            equations,
+            arm,
+            scenarios=scenarios,
+            switches=switches,
+            level=level,
+            quick=quick,
+            jobs=jobs,
+            seed=seed,
+            name=name,
+        )
+    except InputError as error:  # which says where: pytest shows no source of ours
+        raise error.with_traceback(None) from None
     if trial.exit_code:
         first = trial.first_error or "not all checks agree"
         headline, *lines = (line for line in trial.lines if line != first)

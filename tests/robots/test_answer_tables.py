@@ -123,4 +123,4 @@ def test_states_of_another_seed_are_refused(crosscheck, tmp_path):
     file.write_text("\n".join(table))
     assert crosscheck("trial", "--answers", file, "sliding").code == 0
     refused = crosscheck("trial", "--answers", file, "sliding", "--seed", "1")
-    assert_one_line(refused, "these are answers to other states")
+    assert_one_line(refused, ": answers to other states: must be ")

@@ -51,6 +51,13 @@ def test_wrong_equations_raise_what_the_command_prints(equations):
     assert text.endswith("checks agree")
 
 
+def test_what_is_refused_shows_no_source_of_ours():
+    with pytest.raises(InputError) as raised:
+        assert_agrees(None)
+    assert len(raised.traceback) == 2  # this test's frame, and one that is hidden
+    assert raised.traceback[-1].frame.f_locals["__tracebackhide__"]
+
+
 def test_a_function_gives_its_own_name(equations):
     def my_arm(arm):
         return replace(equations, force=lambda torque: -torque)

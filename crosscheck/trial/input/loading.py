@@ -427,8 +427,11 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
             continue
         if MEANT.get(parameter.name) in ("t", "x", "v", "torque"):
             arguments = {MEANT.get(p.name) for p in parameters if p.default is p.empty}
-            parts = [f"{part}=..." for part, takes in TAKES.items() if arguments == {*takes}]
-            whole = f"Equations({' or '.join(parts) or 'mass_matrix=..., bias=...'})"
+            name = getattr(factory, "__name__", "")
+            alike = [part for part, takes in TAKES.items() if arguments == {*takes}]
+            parts = [f"{part}=..." for part in alike] or ["mass_matrix=..., bias=..."]
+            parts = [f"{name}={name}"] if name in TAKES else parts
+            whole = " or ".join(f"Equations({each})" for each in parts)
             file, _, name = where.rpartition(":")
             is_part = file.endswith(".py") and name in TAKES
             how = f"name {file} alone for all its parts" if is_part else f"hand it over as {whole}"

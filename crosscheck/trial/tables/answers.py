@@ -167,7 +167,7 @@ def _require_same_states(file: AnswerFile, sheet: StateRequest) -> None:
             if wrong.size:
                 row = int(file.rows[here][wrong[0]])
                 reason = (
-                    f"must be {right[wrong[0]]:.6g}: these are answers to other states;"
+                    f"answers to other states: must be {right[wrong[0]]:.6g};"
                     " arm, coordinates, --seed and --quick must be those of --ask"
                 )
                 raise InputError(file.where, f"row {row}, {name}", float(given[wrong[0]]), reason)

@@ -165,6 +165,8 @@ def describe_term_error(error: TermError) -> str:
     if error.kind == "sign":
         return f"yours has {term} with the opposite sign"
     if error.kind == "factor":
+        if error.by == 0.5 and not error.yours:
+            return f"yours has {term} half as large"
         return f"yours has {term} times {error.yours or f'{error.by:g}'}"
     if error.kind == "angle":
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
