@@ -92,7 +92,7 @@ def _arrange_ranges(console: Console, rows: Sequence[Sequence[str]], checked: bo
         for head in ("undefined", "least", "median", "largest"):
             table.add_column(head, no_wrap=True)
         if checked:
-            table.add_column("engines differ by (of spread)", overflow="fold")
+            table.add_column("engines differ\nby (of spread)", no_wrap=True)
         for row in arranged:
             table.add_row(*row)
         if console.measure(table, options=unlimited).minimum <= console.width:
