@@ -95,7 +95,7 @@ def _arrange_ranges(console: Console, rows: Sequence[Sequence[str]], checked: bo
             table.add_column("engines differ\nby (of spread)", no_wrap=True)
         for row in arranged:
             table.add_row(*row)
-        if console.measure(table, options=unlimited).minimum <= console.width:
+        if console.measure(table, options=unlimited).maximum <= console.width:
             break
     return table
 
