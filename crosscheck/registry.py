@@ -171,7 +171,7 @@ BUILT_IN = {
         attribute="PhysicalModel",
         role="geared",
         promises=BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
-        title="the project's derivation by Lagrange's equations, every gear a body",
+        title="the project's derivation by Lagrange's equations, with every body",
     ),
     "analytic:energies": replace(
         _FORM, attribute="EnergiesModel", title="the paper's energies as printed, Eqs. 16-19"

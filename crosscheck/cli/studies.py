@@ -26,6 +26,7 @@ from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.members.members import PreparedStudy
 
 LEAST_WIDTH = 80  # columns in which each number of the table has room
+MOST_WIDTH = 10_000  # columns in which a table is measured
 NARROW_NAME = 14  # columns that a quantity's name has there
 
 
@@ -84,16 +85,17 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
 
 def _arrange_ranges(console: Console, rows: Sequence[Sequence[str]], checked: bool) -> Table:
     """The table of ranges: numbers and names whole; names folded where a console is too narrow."""
+    unlimited = console.options.update(width=MOST_WIDTH)
     folded = [[_fold_name(name), *others] for name, *others in rows]
     for arranged in (rows, folded):
         table = Table(Column("quantity", no_wrap=True), Column("unit", overflow="fold"), box=None)
         for head in ("undefined", "least", "median", "largest"):
             table.add_column(head, no_wrap=True)
         if checked:
-            table.add_column("engines differ by", overflow="fold")
+            table.add_column("engines differ\nby (of spread)", no_wrap=True)
         for row in arranged:
             table.add_row(*row)
-        if console.measure(table).minimum <= console.width:
+        if console.measure(table, options=unlimited).maximum <= console.width:
             break
     return table
 
@@ -117,12 +119,12 @@ def _fold_name(name: str) -> str:
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:
-    """The second engine's largest distance, and that over the spread of all members, as text."""
+    """The second engine's largest distance, and in brackets that over the spread of all members."""
     worst = _defined_values(result, f"{name}_difference")
     relative = _defined_values(result, f"{name}_difference_over_spread")
     if not worst.size:
         return "undefined"
-    of_spread = f" ({relative.max():.1g} of the spread)" if relative.size else ""
+    of_spread = f" ({relative.max():.1g})" if relative.size else ""
     return f"{worst.max():.2g}{of_spread}"
 
 

@@ -14,15 +14,20 @@ from crosscheck.report.formatting import format_percent
 
 TICK = "\N{CHECK MARK}"
 DECADES = (1e-6, 1e-4, 1e-2)  # relative differences between the shades of a cell
+PALEST = 1e-6  # relative difference of the palest colour; 1 has the darkest
 MANY = 8  # columns whose names are written upwards
 
 
 @dataclass(frozen=True)
 class HeatCell:
-    """A cell: its text, and its shade from 0 for an entry that agrees to 4 for 1 % and more."""
+    """A cell: its text, its shade from 0 for an entry that agrees to 4 for 1 % and more.
+
+    depth: of its colour, from 0 for the palest to 100; logarithmic. None for an entry that agrees.
+    """
 
     text: str
     shade: int
+    depth: int | None = None
 
 
 @dataclass(frozen=True)
@@ -42,9 +47,13 @@ class HeatMap:
     @property
     def described(self) -> str:
         """The map in a phrase, for those who cannot see it."""
-        cells = [cell for row in self.cells for cell in row]
-        wrong = sum(cell.shade > 0 for cell in cells)
-        return f"{self.title}: {wrong} of {len(cells)} entries differ"
+        count = sum(map(len, self.cells))
+        return f"{self.title}: {self.wrong} of {count} entries differ"
+
+    @property
+    def wrong(self) -> int:
+        """How many entries differ."""
+        return sum(cell.shade > 0 for row in self.cells for cell in row)
 
 
 def make_heat_map(
@@ -63,7 +72,9 @@ def make_heat_cell(value: float, tolerance: float) -> HeatCell:
     """The cell of a relative difference; what is no number differs."""
     if value <= tolerance:
         return HeatCell(TICK, 0)
-    return HeatCell(format_percent(value), 1 + bisect.bisect_right(DECADES, value))
+    part = 1 - np.log(value) / np.log(PALEST) if value < 1 else 1.0  # what is no number: darkest
+    depth = round(100 * max(part, 0.0))
+    return HeatCell(format_percent(value), 1 + bisect.bisect_right(DECADES, value), depth)
 
 
 def make_entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:

@@ -396,6 +396,8 @@ def test_the_page_lists_as_many_entries_as_are_said_to_be_wrong(two):
 
     trial = run_robot_trial(Equations(inverse_dynamics=wrong), two)
     assert "inverse_dynamics" in {each.part for each in trial.wrong}
-    (table,) = re.findall("Which term is wrong.*?</table>", render_trial_page(trial), flags=re.S)
+    (table,) = re.findall(
+        "How far is each entry off.*?</table>", render_trial_page(trial), flags=re.S
+    )
     (others,) = re.findall("and (\\d+) more", trial.headline)
     assert table.count("<tr><td>") == 1 + int(others)

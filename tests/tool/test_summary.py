@@ -36,6 +36,8 @@ def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     row = (0.0, 1e-10, 1.1e-10, 9e-7, 1e-6, 1e-4, 9.9e-3, 0.01, 3.0, np.nan)
     found = make_heat_map("M", [str(value) for value in row], np.tile(row, (10, 1)), 1e-10)
     assert [cell.shade for cell in found.cells[0]] == [0, 0, 1, 1, 2, 3, 3, 4, 4, 4]
+    depths = [cell.depth for cell in found.cells[0]]
+    assert depths == [None, None, 0, 0, 0, 33, 67, 67, 100, 100]  # no step at 1 %
     assert found.described == "M: 80 of 100 entries differ"
 
 

@@ -141,7 +141,7 @@ EFFECT = {
 SWEEP = {
     "{} of {} members": "gone, members",
     "^{} of {}$": "undefined, values",
-    "^{} [(]{} of the spread": "off, spread",
+    "^{} [(]{}[)]": "off, spread",
     "steps, one in {}": "stride",
 }
 CHANGED = {

@@ -67,34 +67,31 @@ def draw_robot(robot: Robot) -> str:
         labels.setdefault(close, []).append((str(number), here))
     obstacles = list(zip(rod_points[::2], rod_points[1::2], strict=True))
     obstacles += [(each, each) for each in joint_points]
-    taken: list[complex] = []  # ends of the labels that are there
     for group in labels.values():
         numbers, points = zip(*group, strict=True)
         text = ", ".join(numbers)
-        place = _place_label(
-            len(text) * LETTER_WIDTH, points, [*obstacles, *((each, each) for each in taken)]
-        )
-        taken += [place, place + len(text) * LETTER_WIDTH]
+        width = len(text) * LETTER_WIDTH
+        place = _place_label(width, points, obstacles)
+        obstacles.append((place, place + width))
         parts.append(f'<text x="{place.real:.1f}" y="{place.imag:.1f}">{text}</text>')
     return _make_picture(parts, repr(robot).splitlines())
 
 
 def _place_label(
-    width: float, points: Sequence[complex], obstacles: Iterable[tuple[complex, complex]]
+    width: float, points: Sequence[complex], obstacles: Sequence[tuple[complex, complex]]
 ) -> complex:
     """The left end of a label beside points, on the first side that is clear, or the clearest.
 
-    obstacles: ends of lines, alike of a point.
+    obstacles: ends of lines, which are one of a point.
     """
     right, left = max(each.real for each in points) + 10, min(each.real for each in points) - 10
     top, low = min(each.imag for each in points) - 4, max(each.imag for each in points) + 15
-    ends = list(obstacles)
     places = [complex(x, y) for x in (right, left - width) for y in (top, low)]
 
     def measure(place: complex) -> float:
         middle = place + complex(0, -LETTER_WIDTH / 2)
         ahead = np.linspace(middle, middle + width, 5)
-        return min(_measure_distance(each, *end) for each in ahead for end in ends)
+        return min(_measure_distance(each, *end) for each in ahead for end in obstacles)
 
     return next((each for each in places if measure(each) >= CLEARANCE), max(places, key=measure))
 
