@@ -147,7 +147,9 @@ class EditSearch:
         """The search of the code of the energies; None without any, or if they are right."""
         if self.energies is None:
             return None
-        search = EditSearch(self.energies.code, self.answer_keys, is_whole=False)
+        # Other forces than the weights keep their numbers.
+        answer_keys = [each for each in self.answer_keys if not each.exchanged]
+        search = EditSearch(self.energies.code, answer_keys, is_whole=False)
         return search if search.judge.states else None
 
     @property
