@@ -69,9 +69,9 @@ def read_raw_scenario(name: str) -> dict[str, Any]:
 
 
 def _require_kind(content: dict[str, Any], name: str, kind: str) -> dict[str, Any]:
-    """The content of a file. Raises InputError for one that has fields of other kinds alone."""
+    """The content of a file. Raises InputError for a study, and for fields of other kinds alone."""
     kinds = [words for keys, words in KINDS.items() if not keys.isdisjoint(content)]
-    if kinds and kind not in kinds:
+    if kinds and (kind not in kinds or "quantities" in content):
         what, mark, remedy = kinds[0].partition(";")
         raise InputError(name, "", None, f"is {what}, not {kind}{mark}{remedy}")
     return content
