@@ -87,10 +87,10 @@ def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
 def suspect_units(comparison: RecordComparison) -> str:
     """A line that asks for the units, of which what follows would be no more than a consequence.
 
-    Empty where the files explain the record, links need no factor that no wrong link has, and rows
+    Empty where a level fits the record, links need no factor that no wrong link has, and rows
     are as far apart as those of a controller.
     """
-    if not comparison.engines_agree or comparison.has_explanation:
+    if not comparison.engines_agree or comparison.is_fitting:
         return ""
     head, asked = "The units may be wrong:", "Check the units of time, angles and torques."
     for record in comparison.records:

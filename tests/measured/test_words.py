@@ -149,7 +149,7 @@ def test_an_arm_without_gears_has_no_rotors_to_distinguish():
 def test_units_are_suspected_and_nothing_else_concluded(factor, step, suspected):
     sides = (side(wrong_factors=()), side(wrong_factors=(replace(FACTOR, value=factor),)))
     doubtful = made(sides=sides, records=[made(step=step)], engines_agree=True)
-    doubtful.has_explanation = False
+    doubtful.is_fitting = False
     said = messages.suspect_units(doubtful)
     assert suspected in said
     assert not said or (messages.describe_answers(doubtful), output._select_sides(doubtful)) == (
