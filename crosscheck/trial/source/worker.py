@@ -138,5 +138,5 @@ def find_source_answer(
                     break
     finally:
         del _requests[number]
-    is_told = scope == "all" or (answer is not None and answer.is_whole)
-    return SourceSearch(answer if is_told else None, place, scope == "all", is_late)
+    is_final = scope == "all" or (answer is not None and answer.is_whole)
+    return SourceSearch(answer if is_final else None, place, scope == "all", is_late)
