@@ -200,9 +200,10 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
         left |= {what for _, what in held}
         if "force" in bound.given and left:
             push = partial(bound.force, 0.0, x, torque=np.zeros(len(bound.arm.joints)))
-            weights = push(0 * v)
-            left -= {WEIGHTS} if weights.any() else set()
-            left -= {FRICTION} if _is_nearer(_find_odd(push, v), -friction) else set()
+            if push(0 * v).any():
+                left.discard(WEIGHTS)
+            if _is_nearer(_find_odd(push, v), -friction):
+                left.discard(FRICTION)
     except Exception:  # of the user's functions, which the trial reports
         return bound
     return replace(bound, held=frozenset(held), left=frozenset(left))

@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
+from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
@@ -49,17 +49,19 @@ def make_robot_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
     if problem.stiffness.any():  # springs of another robot would be others
         return
     states = problem.states.first(FEW_STATES)
-    others = [(kind, draw_probe_robot(robot, kind)) for kind in NUMBER_KINDS]
     exchange = NumberExchange(_list_angles(robot))
-    for kind, other in [*others, ("", exchange_numbers(robot, exchange))]:
+    others = [draw_probe_robot(robot, kind) for kind in NUMBER_KINDS]
+    exchanged = _exchange_numbers(robot, exchange)
+    for other in (*others, exchanged):
         with suppress(InputError):  # where another robot's mass matrix loses its digits
             sizes = compute_sizes_by_level(remove_friction(other), problem.stated, states)
             there = replace(problem, robot=remove_friction(other), states=states, sizes=sizes)
             key = _make_answer_key(there, level, other, {})
-            yield key if kind else exchange.exchange_code(key, _list_numbers(robot))
+            is_exchanged = other is exchanged
+            yield exchange.exchange_code(key, _list_numbers(robot)) if is_exchanged else key
 
 
-def exchange_numbers(robot: Robot, exchange: NumberExchange) -> Robot:
+def _exchange_numbers(robot: Robot, exchange: NumberExchange) -> Robot:
     """A robot of the same structure of which each number is another, equal ones the same."""
     bodies = (
         replace(
@@ -85,7 +87,7 @@ def exchange_numbers(robot: Robot, exchange: NumberExchange) -> Robot:
 def _list_angles(robot: Robot) -> Iterator[float]:
     """Roll, pitch and yaw [rad] of each joint's frame."""
     for joint in robot.joints:
-        yield from Rotation.from_matrix(joint.placement.rotation).as_euler("xyz")
+        yield from roll_pitch_yaw(joint.placement.rotation)
 
 
 def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:

@@ -112,23 +112,19 @@ def list_unused_factors(site: Site) -> Texts:
     is_vector = kind[0] == "array" and len(kind) == len(VECTOR)
     if not (is_vector and site.scope.unused and site.is_sum_place(outer=True)):
         return
-    calls = (each for each in site.tree.list_all_nodes() if isinstance(each, ast.Call))
-    called = [
-        text for text in map(ast.unparse, (each.func for each in calls)) if text[-6:] == ".array"
-    ]
-    unused = sorted(site.scope.unused) if called else []
-    numbers = [text for text in unused if site.scope.kind(text) == NUMBER]
-    for factors in combinations(numbers, kind[1] if unused else 1):
+    called = _find_called(site, ".array")
+    numbers = [text for text in sorted(site.scope.unused) if site.scope.kind(text) == NUMBER]
+    for factors in combinations(numbers, kind[1]) if called else ():
         for name, other in site.scope.list_leaves(written=True):
             if other == kind:
                 terms = ", ".join(f"{each} * {name}[{n}]" for n, each in enumerate(factors))
-                yield f"{write_operand(site.node)} - {called[0]}([{terms}])"
+                yield f"{write_operand(site.node)} - {called}([{terms}])"
 
 
 def list_unused_levers(site: Site) -> Texts:
     """A sum of vectors with a cross product of what has a name that nothing reads, and a vector."""
     is_place = site.kind in (VECTOR, None) and site.is_sum_place(outer=True)
-    cross = _find_cross(site) if is_place and site.scope.unused else ""
+    cross = _find_called(site, "cross") if is_place and site.scope.unused else ""
     if not cross:
         return
     names = [text for text, kind in site.scope.list_leaves() if kind == VECTOR]
@@ -139,11 +135,11 @@ def list_unused_levers(site: Site) -> Texts:
             yield f"{site.text} + {cross}({name}, {lever})"
 
 
-def _find_cross(site: Site) -> str:
-    """The text by which the code calls a cross product; '' if it calls none."""
+def _find_called(site: Site, end: str) -> str:
+    """The text by which the code calls a function whose name ends so; '' if it calls none."""
     calls = (each for each in site.tree.list_all_nodes() if isinstance(each, ast.Call))
     names = (ast.unparse(each.func) for each in calls)
-    return next((name for name in names if name.endswith("cross")), "")
+    return next((name for name in names if name.endswith(end)), "")
 
 
 def _can_be_added(kind: Kind, other: Kind) -> bool:
@@ -316,7 +312,7 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
     Also the centripetal w x (w x r).
     """
     is_place = site.kind in (VECTOR, None) and site.is_sum_place(outer=True)
-    called = _find_cross(site) if is_place and is_sum(site.node) else ""
+    called = _find_called(site, "cross") if is_place and is_sum(site.node) else ""
     if not called:
         return
     names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
@@ -348,7 +344,7 @@ def list_gyroscopic_products(site: Site) -> Texts:
 
 def _list_cross_products(site: Site) -> Iterator[Callable[[str, str], str]]:
     """How the code writes cross products: by the library's function, by a matrix of one factor."""
-    if called := _find_cross(site):
+    if called := _find_called(site, "cross"):
         yield lambda a, b: f"{called}({a}, {b})"
     for name, scope in site.tree.functions.items():
         is_matrix = scope.result == ("array", *VECTOR[1:], *VECTOR[1:])

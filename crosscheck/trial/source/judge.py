@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry, LevelAnswers
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edited_code import NONE, EditedCode, list_constants
 from crosscheck.trial.source.sandbox import limit_processor_time
@@ -61,7 +61,6 @@ class SourceJudge:
         self.code = code
         self.compiled = [code.compile(statement) for statement in code.statements]
         here, *others = answer_keys
-        self.here = here
         self.level, trusted = next(iter(here.levels.items()))
         self.as_is = EditedCode(code, self.compiled)
         begun, as_is = time.process_time(), self.as_is.bind(here)
@@ -71,7 +70,7 @@ class SourceJudge:
         wrong_parts = {part for part, *_ in trusted.find_wrong_entries(as_is, self.parts)}
         needed_s = time.process_time() - begun
         self.limit_s, self.is_slow = LEAST_S + SLOWER * needed_s, needed_s > SLOW_S
-        pairs = [(each, self._follow(each, as_is, wrong_parts)) for each in others]
+        pairs = [(each, self._follow(each, trusted, as_is, wrong_parts)) for each in others]
         followed = [(key, answer) for key, answer in pairs if answer is not None]
         self.answer_keys = [here, *(key for key, _ in followed)]
         answers = [as_is, *(answer for _, answer in followed)]
@@ -86,12 +85,11 @@ class SourceJudge:
         for part in sorted(wrong_parts, key=partial(_sum_seconds, seconds, trusted.holds)):
             wrong = [len(trusted.find_wrong_entries(as_is, [part], [s])) for s in trusted.states]
             self.states[part] = wrong.index(max(wrong))
-        self.values_as_is = {part: as_is(part, self.states.get(part, 0)) for part in self.parts}
-        self.values = {part: self.values_as_is[part] for part in self.states}
+        self.values = {part: as_is(part, self.states.get(part, 0)) for part in self.parts}
         self.wrong_there = {
-            (level, part): self._mark_wrong(level, part, value)
+            (level, part): self._mark_wrong(level, part, self.values[part])
             for level in self.wrong
-            for part, value in self.values.items()
+            for part in self.states
         }
 
     @cached_property
@@ -156,7 +154,7 @@ class SourceJudge:
                 answer = replace(edited, chosen=[NONE]).bind_shared(self.answer_keys[0])
                 return all(
                     np.array_equal(answer(part, self.states.get(part, 0)), value)
-                    for part, value in self.values_as_is.items()
+                    for part, value in self.values.items()
                 )
         except BaseException:  # whatever the code raises
             return False
@@ -205,7 +203,11 @@ class SourceJudge:
         return tuple(map(self.answer_keys[0].format_entry, entries))
 
     def _follow(
-        self, answer_key: AnswerKey, answer_here: Answer, wrong_here: Collection[str]
+        self,
+        answer_key: AnswerKey,
+        trusted_here: LevelAnswers,
+        answer_here: Answer,
+        wrong_here: Collection[str],
     ) -> Answer | None:
         """The answers for another mechanism; None if the code does not take its numbers from it.
 
@@ -222,7 +224,7 @@ class SourceJudge:
             return None
         trusted = answer_key.levels[self.level]
         if answer_key.exchanged:
-            right = self._list_right_entries(answer_here)
+            right = self._list_right_entries(trusted_here, answer_here)
             wrong = trusted.find_wrong_entries(answer, self.parts)
             return answer if right and not right & wrong else None
         parts = [part for part in self.parts if part not in wrong_here]
@@ -230,9 +232,8 @@ class SourceJudge:
         is_followed = len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
         return answer if is_followed else None
 
-    def _list_right_entries(self, answer: Answer) -> set[Entry]:
-        """The entries that are right on the user's mechanism and not 0."""
-        trusted = self.here.levels[self.level]
+    def _list_right_entries(self, trusted: LevelAnswers, answer: Answer) -> set[Entry]:
+        """The entries that are right on a mechanism and not 0."""
         entries = {
             (part, *index)
             for part in self.parts
