@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import list_leaf_values
 from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem
@@ -61,6 +62,8 @@ def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> Ans
 
     def bind(source: Any) -> Answer:
         bound = bind_equations(build(source), arm, frame)
+        if not bound.has <= problem.has:
+            raise BadAnswer("an error has become a part that is not judged")
         return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
 
     right = {each: _ask_reference(problem, each) for each in levels}

@@ -8,6 +8,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
+import linecache
 import os
 import sys
 import traceback
@@ -241,6 +242,7 @@ def _load_module(text: str, module: str, folder: Path) -> ModuleType:
     assert spec.loader is not None
     user_module = importlib.util.module_from_spec(spec)
     sys.modules[name] = user_module  # dataclasses and pickles look their module up
+    linecache.checkcache(str(path))  # the file may have changed since the last trial
     with _translate_errors(text, folder), _make_importable(folder):
         spec.loader.exec_module(user_module)
     return user_module

@@ -63,7 +63,11 @@ class SuppliedEquations:
     @property
     def readings(self) -> list[str]:
         """Sentences on what parts hold beside what their names say."""
-        return [f"{part} {READINGS[part, held]}" for part, held in sorted(self.held)]
+        judged = dict.fromkeys(self.left & {FRICTION}, ": judged as a part of the force")
+        return [
+            f"{part} {READINGS[part, held]}{judged.get(held, '')}"
+            for part, held in sorted(self.held)
+        ]
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""
@@ -91,7 +95,8 @@ class SuppliedEquations:
             force = joints.T @ torque
         else:
             force = self._call_part("force", t=t, x=x, v=v, torque=torque)
-        return force - self.friction(x, v) if FRICTION in self.left else force
+        parts = sorted(part for part, held in self.held if held == FRICTION)
+        return force - self._find_friction(parts[0], x, v) if FRICTION in self.left else force
 
     def whole_force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """The force with the weights, whether these are in it or apart, shape (n,)."""
@@ -136,7 +141,16 @@ class SuppliedEquations:
         return self.call_moving(part, x, np.zeros(len(x)))
 
     def _compute_held_friction(self, part: str, x: np.ndarray, v: np.ndarray) -> np.ndarray | float:
-        return self.friction(x, v) if (part, FRICTION) in self.held else 0.0
+        return self._find_friction(part, x, v) if (part, FRICTION) in self.held else 0.0
+
+    def _find_friction(self, part: str, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """A part's friction, shape (n,): what changes its sign with the rates, as no bias does.
+
+        That of the file where the force has friction too, which is then judged there alone.
+        """
+        if FRICTION in self.left:
+            return _find_odd(partial(self.call_moving, part, x), v)
+        return self.friction(x, v)
 
     def friction(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What the friction of the arm's file holds back, shape (n,), on the left."""
@@ -170,7 +184,8 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         bound = _read_parts(bound)
     if WEIGHTS in bound.left:
         has.add("gravity")
-    if has >= {"mass_matrix", "bias", "gravity"} and is_rigid:
+    is_whole = is_rigid and has >= {"mass_matrix", "bias", "gravity"}
+    if is_whole or FRICTION in bound.left:
         has.add("force")
     if has >= {"mass_matrix", "bias", "force"}:
         has.add("acceleration")
@@ -204,6 +219,8 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
                 left.discard(WEIGHTS)
             if _is_nearer(_find_odd(push, v), -friction):
                 left.discard(FRICTION)
+        elif has_weights and not (WEIGHTS in left or "gravity" in bound.given):
+            left.discard(FRICTION)  # a force without weights is not judged
     except Exception:  # of the user's functions, which the trial reports
         return bound
     return replace(bound, held=frozenset(held), left=frozenset(left))

@@ -107,15 +107,18 @@ def list_unused(site: Site) -> Texts:
 
 
 def list_unused_factors(site: Site) -> Texts:
-    """A vector less one of products with numbers that have names that nothing reads: friction."""
-    kind = site.kind or NUMBER
-    is_vector = kind[0] == "array" and len(kind) == len(VECTOR)
-    if not (is_vector and site.scope.unused and site.is_sum_place(outer=True)):
+    """A sum with a product of what has a name that nothing reads: friction, of one row or all."""
+    kind, scope = site.kind or NUMBER, site.scope
+    if not (scope.unused and site.is_sum_place(outer=True)):
         return
-    called = _find_called(site, ".array")
-    numbers = [text for text in sorted(site.scope.unused) if site.scope.kind(text) == NUMBER]
+    numbers = [text for text in sorted(scope.unused) if scope.kind(text) == NUMBER]
+    if kind == NUMBER:
+        names = (text for text, other in scope.list_own_leaves() if other == NUMBER)
+        for name, factor in product(names, numbers):
+            yield from (f"{write_operand(site.node)} {sign} {factor} * {name}" for sign in OPPOSITE)
+    called = _find_called(site, ".array") if kind[0] == "array" and len(kind) == len(VECTOR) else ""
     for factors in combinations(numbers, kind[1]) if called else ():
-        for name, other in site.scope.list_leaves(written=True):
+        for name, other in scope.list_leaves(written=True):
             if other == kind:
                 terms = ", ".join(f"{each} * {name}[{n}]" for n, each in enumerate(factors))
                 yield f"{write_operand(site.node)} - {called}([{terms}])"

@@ -317,13 +317,23 @@ class EditSearch:
         return has_many or all(is_round(v, digits) or is_stated(v) for v in values)
 
     def _solve_summands(self) -> Iterator[Edit]:
-        """Sums that lack the same number at every state, a product of what can be named there."""
+        """Sums that lack the same number at every state, or the same times a name of the function.
+
+        The number is a product of what can be named there; times a rate it is friction.
+        """
         for node, site in self._list_sites():
-            is_alone = site.is_leaf and site.is_sum_place(outer=True)
-            if site.kind in (NUMBER, None) and (site.is_whole_formula or is_alone):
-                for (value,) in self._solve(node, f"{write_operand(node)} + {{}}", [0.0]):
-                    for product in list_equal_products(site, value):
-                        yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
+            is_place = site.is_sum_place(outer=True)
+            if site.kind in (NUMBER, None) and (
+                site.is_whole_formula or (site.is_leaf and is_place)
+            ):
+                names = site.scope.list_own_leaves() if is_place else ()
+                for name in ("", *(name for name, kind in names if kind == NUMBER)):
+                    factor = f" * {name}" if name else ""
+                    text = f"{write_operand(node)} + {{}}{factor}"
+                    for (value,) in self._solve(node, text, [0.0]):
+                        for product in list_equal_products(site, value):
+                            summand = f"{site.text} {product}{factor}"
+                            yield Edit((SUMMAND_RANK, len(KINDS)), node, summand)
 
     def _list_sites(self) -> Iterator[tuple[ast.expr, Site]]:
         """The expressions, as long as there is time."""

@@ -90,15 +90,17 @@ class Site:
     def is_sum_place(self, *, outer: bool) -> bool:
         """Whether a summand may be missing here: it is all of a sum.
 
-        outer: whether it is what a statement assigns, returns or collects, or an element of that.
+        outer: whether it is what a statement assigns, returns or collects, or an element of that,
+            also where a call makes an array of the list.
         """
         if not self.is_value or is_sum(self.parent):
             return False
-        above = self.parent
+        below, above = self.node, self.parent
         while isinstance(above, ast.List | ast.Tuple | ast.Call):
-            if isinstance(above, ast.Call) and not isinstance(self.tree.parent(above), ast.Expr):
+            is_list = isinstance(below, ast.List | ast.Tuple)
+            if not is_list and is_call_for_value(above, self.tree.parent(above)):
                 break
-            above = self.tree.parent(above)
+            below, above = above, self.tree.parent(above)
         return outer == isinstance(above, ast.stmt)
 
     def list_products(self, is_needed: Callable[[ast.AST | None], bool]) -> list[str]:
@@ -118,6 +120,10 @@ class Site:
         """Whether an expression calls nothing and is made of names that are known here too."""
         parts = [each for each in ast.walk(node) if isinstance(each, ast.Name | ast.Call)]
         return all(isinstance(n, ast.Name) and self.scope.kind(n.id) for n in parts)
+
+
+def is_call_for_value(node: ast.AST, parent: ast.AST | None) -> bool:
+    return isinstance(node, ast.Call) and not isinstance(parent, ast.Expr)
 
 
 def is_sum(node: ast.AST | None) -> TypeGuard[ast.BinOp]:

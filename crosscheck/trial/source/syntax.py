@@ -61,6 +61,10 @@ class Scope:
         """The values of all names that a function has or could take from those around it."""
         return {**(self.around.list_values() if self.around else {}), **self.values}
 
+    def list_own_leaves(self) -> Iterator[tuple[str, Kind]]:
+        """Text and kind of what the function itself names, or could: its arguments' elements."""
+        yield from {**self.unwritten, **self.kinds}.items()
+
     def list_leaves(self, *, written: bool | None = None) -> Iterator[tuple[str, Kind]]:
         """Text and kind of all that can stand here, once: what the code names there, or not."""
         listed, scope = dict[str, tuple[Kind, bool]](), cast("Scope | None", self)

@@ -104,6 +104,24 @@ def test_a_number_of_ones_own_in_the_place_of_the_files_is_its_name(tmp_path, ar
     assert (edit.line, edit.new) == (find_line(BY_FILE, "m1, m2,"), "b.mass")
 
 
+def test_the_friction_that_a_row_of_the_bias_lacks_is_a_term_and_a_line(tmp_path, arm):
+    rubs = [
+        joint.model_copy(update={"friction_N_m_s_per_rad": c})
+        for joint, c in zip(arm.joints, (0.35, 0.22), strict=True)
+    ]
+    numbers = "    k1, k2 = (joint.friction_N_m_s_per_rad for joint in arm.joints)\n\n    def bias"
+    row = "h * v[0] ** 2 + k2 * v[1]"
+    text = BY_FILE.replace("    def bias", numbers).replace("h * v[0] ** 2", row)
+    text = text.replace("([-h * (", "([k1 * v[0] - h * (")
+    damped = arm.model_copy(update={"joints": tuple(rubs), "gravity_m_per_s2": (0.0, 0.0)})
+    assert try_equations(write_model(tmp_path, text), damped).exit_code == 0
+    # The file that was tried has changed.
+    trial = try_equations(write_model(tmp_path, text, (" + k2 * v[1]", "")), damped)
+    (edit,) = trial.change.edits
+    assert (edit.line, edit.new) == (find_line(text, row), "+ k2 * v[1]")
+    assert trial.causes == ["force[theta_2]: missing term: -c2 theta_2'?"]
+
+
 @pytest.mark.parametrize(
     "give",
     [
