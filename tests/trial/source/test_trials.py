@@ -119,7 +119,7 @@ def test_the_friction_that_a_row_of_the_bias_lacks_is_a_term_and_a_line(tmp_path
     trial = try_equations(write_model(tmp_path, text, (" + k2 * v[1]", "")), damped)
     (edit,) = trial.change.edits
     assert (edit.line, edit.new) == (find_line(text, row), "+ k2 * v[1]")
-    assert trial.causes == ["force[theta_2]: missing term: -c2 theta_2'?"]
+    assert any("missing term: -c2 theta_2'" in each for each in trial.causes)
 
 
 @pytest.mark.parametrize(
