@@ -309,6 +309,25 @@ def _split_sum(node: ast.AST) -> list[ast.AST]:
     return [*_split_sum(node.left), *_split_sum(node.right)] if is_sum(node) else [node]
 
 
+def list_further_outer_products(site: Site) -> Texts:
+    """A sum of matrices with a mass times a lever's products more: by Steiner's theorem.
+
+    Of an inertia, or of second moments.
+    """
+    rows = site.kind[1:] if site.kind and _is_square(site.kind) else ()
+    outer = _find_called(site, ".outer") or _find_called(site, ".array")
+    if rows != (3, 3) or not outer or not site.is_sum_place(outer=True):
+        return
+    library, text = outer.rpartition(".")[0], write_operand(site.node)
+    leaves = list(site.scope.list_leaves(written=True))
+    masses = [name for name, kind in leaves if kind == NUMBER]
+    for lever in (name for name, kind in leaves if kind == VECTOR):
+        square = f"{library}.outer({lever}, {lever})"
+        inertia = f"({lever} @ {lever} * {library}.eye(3) - {square})"
+        for mass, matrix in product(masses, (square, inertia)):
+            yield from (f"{text} {sign} {mass} * {matrix}" for sign in "+-")
+
+
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
     """A sum of vectors with a cross product more, of a name and a name or a product of two.
 

@@ -20,6 +20,7 @@ from crosscheck.trial.source.edit import Edit
 Kind: TypeAlias = tuple[Any, ...]  # ("int",), ("number",), ("array", *shape) or (class,)
 INDEX, NUMBER = ("int",), ("number",)
 MOST_ELEMENTS = 8  # elements of the longest list whose elements may replace each other
+MOST_FIELDS = 4  # elements of a tuple that a list has for each body
 MOST_UNWRITTEN = 80  # elements and attributes of a function's objects that its text does not name
 LEAF = ast.Name | ast.Attribute | ast.Subscript
 FUNCTION = ast.FunctionDef | ast.Lambda
@@ -331,16 +332,23 @@ def _write_leaf(node: ast.AST) -> str:
 
 
 def _list_other_elements(scope: Scope) -> Iterator[str]:
-    """Elements of elements in a function, with one of its other names for their first index."""
+    """Elements of elements in a function, by one of its other names for their first index.
+
+    Or by another number for their second: of a list of pairs.
+    """
     stored = (node for node in scope.nodes if isinstance(node, ast.Name))
     names = dict.fromkeys(node.id for node in stored if isinstance(node.ctx, ast.Store))
     for node in scope.nodes:
         inner = node.value if isinstance(node, ast.Subscript) else None
-        if isinstance(inner, ast.Subscript) and isinstance(inner.slice, ast.Name):
-            for name in names if not _has_call(node) else ():
+        if not isinstance(inner, ast.Subscript) or _has_call(node):
+            continue
+        if isinstance(inner.slice, ast.Name):
+            for name in names:
                 other: Any = copy.deepcopy(node)
                 other.value.slice.id = name
                 yield ast.unparse(other)
+        if isinstance(node.slice, ast.Constant):
+            yield from (f"{ast.unparse(inner)}[{place}]" for place in range(MOST_FIELDS))
 
 
 def _has_call(node: ast.AST) -> bool:
@@ -390,12 +398,17 @@ def _try_kind(code: CodeType, frame: FrameType, values: dict[str, Any]) -> Kind 
 
 
 def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
-    """Elements and attributes of a function's objects, in its own notation of indices."""
+    """Elements and attributes of a function's objects, in its own notation of indices.
+
+    Also by a whole number that has a name there: the only element by it may be what was lost.
+    """
     if frame.f_code.co_name == "<module>":
         return
-    for name, value in list(frame.f_locals.items()):
+    values = list(frame.f_locals.items())
+    names = [name for name, value in values if find_kind(value) == INDEX]
+    for name, value in values:
         if isinstance(value, list | tuple | np.ndarray) and 0 < len(value) <= MOST_ELEMENTS:
-            for index in sorted(indices):
+            for index in dict.fromkeys([*sorted(indices), *names]):
                 yield f"{name}[{index}]"
                 yield from (f"{name}[{index}].{each}" for each in _list_attributes(value[0]))
         else:
