@@ -214,7 +214,9 @@ def test_inverse_dynamics_alone_is_judged_where_a_and_v_meet(labelled):
 
 
 @pytest.mark.parametrize(("friction", "weighs", "rubs"), [(0, 1, 1), (0.7, 1, 1), (0.7, 0.9, 0.9)])
-@pytest.mark.parametrize("form", ["effects", "beside gravity", "beside force", "whole in force"])
+@pytest.mark.parametrize(
+    "form", ["effects", "beside gravity", "beside force", "whole in force", "torques"]
+)
 def test_weights_and_friction_may_stand_where_people_write_them(form, friction, weighs, rubs):
     plain = make_plain_arm("tested", 2)
     damped = plain.joints[0].model_copy(update={"friction_N_m_s_per_rad": friction})
@@ -238,6 +240,7 @@ def test_weights_and_friction_may_stand_where_people_write_them(form, friction, 
             "effects": Equations(model.mass_matrix, bias),
             "beside gravity": Equations(inverse_dynamics=whole, gravity=hold),
             "beside force": Equations(inverse_dynamics=whole, force=lambda torque: torque),
+            "torques": Equations(model.mass_matrix, bias, force=lambda torque: torque),
             "whole in force": Equations(
                 model.mass_matrix, model.bias, inverse_dynamics=whole, force=push
             ),

@@ -195,34 +195,36 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
 def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
     """The equations with what their parts hold, by the answers at a place, at rest and in motion.
 
-    A bias holds what has no part or force of its own. What a given force has too is not on the
-    left: then the part holds what the force is without.
+    A bias holds what has no part of its own and is not in a given force; inverse dynamics hold
+    what the force has too, but then it is not on the left.
     """
     x = np.linspace(0.3, 0.9, len(bound.frame.names))
-    v, held, left = x + 0.4, set[tuple[str, str]](), set[str]()
+    v, held, forced = x + 0.4, set[tuple[str, str]](), set[str]()
     has_weights = any(bound.arm.gravity_m_per_s2)
     try:
         friction = bound.friction(x, v)
+
+        def find_held(function: Callable[[np.ndarray], np.ndarray], sign: int) -> set[str]:
+            """What a function of the rates holds, if a table has the same rows for all of them."""
+            rest = function(0 * v) if has_weights else np.zeros(len(v))
+            is_heavy = rest.any() and (np.abs(rest) > ROUNDING * np.abs(function(v)).max()).any()
+            is_rubbing = friction.any() and _is_nearer(_find_odd(function, v), sign * friction)
+            return {what for what, is_so in ((WEIGHTS, is_heavy), (FRICTION, is_rubbing)) if is_so}
+
+        if "force" in bound.given:
+            no_torque = np.zeros(len(bound.arm.joints))
+            forced = find_held(partial(bound.force, 0.0, x, torque=no_torque), -1)
+        apart = forced | ({WEIGHTS} if "gravity" in bound.given else set())
         for part in sorted(PARTS_OF_MOTION & bound.given):
-            move, is_whole = partial(bound.call_moving, part, x), part == "inverse_dynamics"
-            may_hold_weights = is_whole or not bound.given & {"gravity", "force"}
-            rest = move(0 * v) if has_weights and may_hold_weights else np.zeros(len(v))
-            if rest.any() and (np.abs(rest) > ROUNDING * np.abs(move(v)).max()).any():
-                held.add((part, WEIGHTS))
-            may_hold_friction = friction.any() and (is_whole or "force" not in bound.given)
-            if may_hold_friction and _is_nearer(_find_odd(move, v), friction):
-                held.add((part, FRICTION))
-        left |= {what for _, what in held}
-        if "force" in bound.given and left:
-            push = partial(bound.force, 0.0, x, torque=np.zeros(len(bound.arm.joints)))
-            if push(0 * v).any():
-                left.discard(WEIGHTS)
-            if _is_nearer(_find_odd(push, v), -friction):
-                left.discard(FRICTION)
-        elif has_weights and not (WEIGHTS in left or "gravity" in bound.given):
-            left.discard(FRICTION)  # a force without weights is not judged
+            beside = apart if part == "bias" else set()
+            held |= {
+                (part, what) for what in find_held(partial(bound.call_moving, part, x), 1) - beside
+            }
     except Exception:  # of the user's functions, which the trial reports
         return bound
+    left = {what for _, what in held} - forced
+    if has_weights and not (WEIGHTS in left or bound.given & {"gravity", "force"}):
+        left.discard(FRICTION)  # a force without weights is not judged
     return replace(bound, held=frozenset(held), left=frozenset(left))
 
 
