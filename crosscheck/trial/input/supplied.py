@@ -198,6 +198,10 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
     A bias holds what has no part of its own and is not in a given force; inverse dynamics hold
     what the force has too, but then it is not on the left.
     """
+    is_table = bound.equations.table is not None  # which has no bias at rest at all states
+    parts = bound.given & ({"inverse_dynamics"} if is_table else PARTS_OF_MOTION)
+    if not parts or (is_table and "force" in bound.given):
+        return bound
     x = np.linspace(0.3, 0.9, len(bound.frame.names))
     v, held, forced = x + 0.4, set[tuple[str, str]](), set[str]()
     has_weights = any(bound.arm.gravity_m_per_s2)
@@ -205,9 +209,8 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
         friction = bound.friction(x, v)
 
         def find_held(function: Callable[[np.ndarray], np.ndarray], sign: int) -> set[str]:
-            """What a function of the rates holds, if a table has the same rows for all of them."""
-            rest = function(0 * v) if has_weights else np.zeros(len(v))
-            is_heavy = rest.any() and (np.abs(rest) > ROUNDING * np.abs(function(v)).max()).any()
+            rest = np.abs(function(0 * v))
+            is_heavy = has_weights and (rest > ROUNDING * np.abs(function(v)).max()).any()
             is_rubbing = friction.any() and _is_nearer(_find_odd(function, v), sign * friction)
             return {what for what, is_so in ((WEIGHTS, is_heavy), (FRICTION, is_rubbing)) if is_so}
 
@@ -215,7 +218,7 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
             no_torque = np.zeros(len(bound.arm.joints))
             forced = find_held(partial(bound.force, 0.0, x, torque=no_torque), -1)
         apart = forced | ({WEIGHTS} if "gravity" in bound.given else set())
-        for part in sorted(PARTS_OF_MOTION & bound.given):
+        for part in sorted(parts):
             beside = apart if part == "bias" else set()
             held |= {
                 (part, what) for what in find_held(partial(bound.call_moving, part, x), 1) - beside
