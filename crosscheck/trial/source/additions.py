@@ -7,6 +7,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, permutations, product
 
+import numpy as np
+
 from crosscheck.trial.source.changes import (
     MATRIX_LENGTH,
     OPPOSITE,
@@ -143,6 +145,11 @@ def _find_called(site: Site, end: str) -> str:
     calls = (each for each in site.tree.list_all_nodes() if isinstance(each, ast.Call))
     names = (ast.unparse(each.func) for each in calls)
     return next((name for name in names if name.endswith(end)), "")
+
+
+def _find_numpy(site: Site) -> str:
+    """The name of NumPy in the code; '' if it has none."""
+    return next((name for name, value in site.scope.list_values().items() if value is np), "")
 
 
 def _can_be_added(kind: Kind, other: Kind) -> bool:
@@ -314,11 +321,11 @@ def list_further_outer_products(site: Site) -> Texts:
 
     Of an inertia, or of second moments.
     """
-    rows = site.kind[1:] if site.kind and _is_square(site.kind) else ()
-    outer = _find_called(site, ".outer") or _find_called(site, ".array")
-    if rows != (3, 3) or not outer or not site.is_sum_place(outer=True):
+    library = _find_numpy(site)
+    kinds = map(site.tree.kind, _split_sum(site.node))
+    if not library or ("array", 3, 3) not in kinds or not site.is_sum_place(outer=True):
         return
-    library, text = outer.rpartition(".")[0], write_operand(site.node)
+    text = write_operand(site.node)
     leaves = list(site.scope.list_leaves(written=True))
     masses = [name for name, kind in leaves if kind == NUMBER]
     for lever in (name for name, kind in leaves if kind == VECTOR):

@@ -461,13 +461,14 @@ def list_diagonals(site: Site) -> Texts:
 def list_differences(site: Site, *, near: bool) -> Texts:
     """A vector less another, such as the lever between two places for one of them.
 
-    near: of two elements of one list, or else of any two in a cross product; also their sum there.
+    near: of two elements of one list, or else of any two in a cross product, which may be a product
+    with a matrix that a function makes; also their sum there.
     """
-    is_factor = isinstance(site.parent, ast.Call) and ast.unparse(site.parent.func).endswith(
-        "cross"
-    )
-    if site.is_array and (near or is_factor):
-        for other, kind in site.scope.list_leaves(written=None if near else True):
+    parent = site.parent
+    is_argument = isinstance(parent, ast.Call) and ast.unparse(parent.func).endswith("cross")
+    is_factor = is_matrix_product(parent) and isinstance(parent.left, ast.Call)
+    if site.is_array and (near or is_argument or is_factor):
+        for other, kind in site.scope.list_leaves():
             is_other = other != site.text and site.can_be(kind)
             if is_other and near == (other.partition("[")[0] == site.text.partition("[")[0]):
                 yield f"{site.text} - {other}"

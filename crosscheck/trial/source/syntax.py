@@ -338,8 +338,8 @@ def _list_other_elements(scope: Scope) -> Iterator[str]:
     """
     stored = (node for node in scope.nodes if isinstance(node, ast.Name))
     names = dict.fromkeys(node.id for node in stored if isinstance(node.ctx, ast.Store))
-    for node in scope.nodes:
-        inner = node.value if isinstance(node, ast.Subscript) else None
+    for node in (each for each in scope.nodes if isinstance(each, ast.Subscript)):
+        inner = node.value
         if not isinstance(inner, ast.Subscript) or _has_call(node):
             continue
         if isinstance(inner.slice, ast.Name):
