@@ -64,11 +64,14 @@ def make():
     def sweep(q):
         rate, lever = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s])
         speed = lever + turn(rate) @ lever
-        return turn(speed) @ rate
+        pairs, turns, kept = [[R, lever - rate], [R.T, rate]], [R, R.T, R @ R], 2
+        for i in range(2):
+            speed = pairs[i][0] @ speed + turn(rate) @ (speed - pairs[i][1])
+        return turns[kept] @ turn(speed) @ rate
 
     def lift(q):
         ends = [np.array([0.0, 0.3, c1]), np.array([q[0], c2, q[1]])]
-        spread = np.diag([1.3, 2.1, 0.7]) + R
+        spread = np.diag([1.3, 2.1, 0.7]) + R + c2 * np.outer(ends[0], ends[0])
         arm = np.cross(ends[1] - ends[0], np.array([0.4, 1.7, -1.2]))
         return np.einsum("ij,j->i", spread, arm) + spread[1, 1] * arm
 
