@@ -24,7 +24,10 @@ def brief(patch: pytest.MonkeyPatch, experiment_s: float = 2e-3) -> None:
 
 
 def perform_here(patch: pytest.MonkeyPatch) -> None:
-    """Tasks are performed in the test's own process, which so keeps models: a fifth of the time."""
+    """Tasks are performed in the test's own process, which so keeps models: a fifth of the time.
+
+    Not where a source is searched, for which a worker enters a sandbox.
+    """
     patch.setattr(Workers, "stream", stream_here)
 
 
