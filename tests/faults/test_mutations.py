@@ -18,7 +18,7 @@ def test_every_wrong_answer_of_a_model_turns_a_check_of_it_red(monkeypatch):
     """Beside the paper's arm, whose unharmed models pass; one test, as all share its answers."""
     brief(monkeypatch, BRIEF_S)
     perform_here(monkeypatch)
-    # A cross-check compares no limit of a form: tests/engines/test_rigid_limit.py guards it.
+    # A cross-check compares no limit of a form: tests/engines/test_rigid_levels.py guards it.
     models = [name for name in MODELS if MODELS[name].role not in ("limit", "robot")]
     campaign = Campaign(PAPER, models)
     assert campaign.disagreeing == []
