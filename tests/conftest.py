@@ -116,24 +116,20 @@ def few_states() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def search_rounds() -> Iterator[tuple[tuple[int, bool], ...]]:
-    """Rounds of the search for the user's line: up to 15 s, but for who asks for it left out."""
-    from crosscheck.trial.source import worker
+def usual_search() -> Iterator[Callable[..., object]]:
+    """The search for the user's line, up to 15 s, but for who asks for it left out."""
+    from crosscheck.trial import trial
 
-    usual = worker.ROUNDS
+    usual = trial.find_code
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(worker, "ROUNDS", ())
+        patch.setattr(trial, "find_code", lambda equations: None)
         yield usual
 
 
 @pytest.fixture
-def source_search(
-    monkeypatch: pytest.MonkeyPatch, search_rounds: tuple[tuple[int, bool], ...]
-) -> None:
+def source_search(monkeypatch: pytest.MonkeyPatch, usual_search: Callable[..., object]) -> None:
     """Trials look for the line of the user's source that must change."""
-    from crosscheck.trial.source import worker
-
-    monkeypatch.setattr(worker, "ROUNDS", search_rounds)
+    monkeypatch.setattr("crosscheck.trial.trial.find_code", usual_search)
 
 
 @pytest.fixture

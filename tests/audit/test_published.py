@@ -23,6 +23,7 @@ from crosscheck.audit.page import report
 from crosscheck.models.errors import InputError
 from tests.audit.markup import SVG, axis_problems, page_problems
 from tests.audit.published import BRIEF, FEW, Published, list_unrecorded
+from tests.brief import perform_here
 from tests.loops import require_items
 from tools import case_study, write_article
 
@@ -36,6 +37,7 @@ def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published
     """The whole page; every test that looks at it is in this module, so that it is made once."""
     study, out = Study(kept), tmp_path_factory.mktemp("published")
     with pytest.MonkeyPatch.context() as patch:
+        perform_here(patch)
         patch.setattr(study_plan, "FULL", FEW)
         made = report.write_paper(study, out, BRIEF)
     return Published(study, out, {chapter.id: chapter for chapter in made})

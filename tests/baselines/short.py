@@ -30,7 +30,6 @@ from crosscheck.provenance import record_provenance
 from crosscheck.registry import MODELS
 from crosscheck.run import CrossCheck, cases_by_run, runs_by_key
 from crosscheck.runner.tasks import RunKey, Simulation
-from crosscheck.runner.workers import perform_all
 
 DURATION_S = 0.01  # PD: impact of the start, mesh vibration, its decay
 ANALYTIC, EXUDYN = RunKey("pd", "analytic:physical"), RunKey("pd", "exudyn:tree")
@@ -49,7 +48,7 @@ def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
     experiment = Experiment("pd", Case(arm, scenario, switches()))
     planned = [c for c in plan_experiment_comparisons(experiment) if _is_wanted(c, only)]
-    results = Results(perform_all(collect_tasks(planned), 1))
+    results = Results({task.key: task.perform() for task in collect_tasks(planned)})
     findings = list(judge_comparisons(planned, results))
     agreement = Agreement(findings, record_provenance(arm, 0, True))
     return CrossCheck(quick(arm), agreement, cases_by_run(planned), runs_by_key(results))

@@ -12,15 +12,15 @@ from crosscheck.identification import engines
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.planning.comparison import Results
 from crosscheck.recordings import record
+from tests.brief import perform_here
 from tests.faults.planting import Seen, judge_guard
 from tests.measured import guards
-from tests.robots.chains import perform_here
 
 
 def numbers_agree(seen: Seen) -> str:
     """The numbers of a stage."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engines, "perform_all", perform_here)
+        perform_here(patch)
         guards.kept()
         return judge_guard(STAGES[seen.quantity]())
 

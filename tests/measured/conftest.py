@@ -2,12 +2,11 @@
 
 import pytest
 
-from crosscheck.identification import engines
-from tests.robots.chains import perform_here
+from tests.brief import perform_here
 
 
 @pytest.fixture(autouse=True)
 def tasks_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two forks for every comparison take longer than what they ask the engines."""
     if "crosscheck" not in request.fixturenames:
-        monkeypatch.setattr(engines, "perform_all", perform_here)
+        perform_here(monkeypatch)

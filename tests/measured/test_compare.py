@@ -293,7 +293,7 @@ def make_tilted(sort: str, degrees: float) -> tuple[ComparedMechanism, Record, n
 AXES = {"arm": np.array([0.0, 0.0, -1.0]), "robot": np.array([0.6, -0.8, 0.0])}
 
 
-@pytest.mark.parametrize(("sort", "degrees"), [("arm", 5.0), ("arm", -0.5), ("robot", 12.0)])
+@pytest.mark.parametrize(("sort", "degrees"), [("arm", -0.5), ("robot", 12.0)])
 def test_gravity_is_asked_before_numbers_and_links_where_the_base_is_tilted(sort, degrees):
     own, record, gravity = make_tilted(sort, degrees)
     comparison = compared(record, own)

@@ -11,7 +11,6 @@ from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
-from crosscheck.runner.outcomes import Task
 from tests import arms
 
 ENGINES = ("analytic", "pinocchio", "exudyn")
@@ -40,11 +39,6 @@ def mass_matrices(own: Robot, q: Sequence[float]) -> list[np.ndarray]:
     """M of each engine at coordinates, of the links alone."""
     at = np.array([q])
     return [build_robot_model(name, own, "links").mass_matrix(at)[0] for name in ENGINES]
-
-
-def perform_here(tasks: Sequence[Task], jobs: int) -> dict[Any, Any]:
-    """The results of tasks as ``perform_all`` has them, in this process, which so keeps answers."""
-    return {task.key: task.perform() for task in tasks}
 
 
 def _words(values: Sequence[float]) -> str:

@@ -18,6 +18,7 @@ from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning import robots
 from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
+from tests.brief import perform_here
 from tests.robots import chains
 from tests.robots.cost_guard import FILES, robot
 from tests.robots.recomputed import list_teeth
@@ -176,7 +177,7 @@ def wrong_condition() -> Iterator[str]:
     part = np.sqrt(inertia / whole)  # of the scaled M, beside 1 on its diagonal
     own = chains.robot(text)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(robots, "perform_all", chains.perform_here)
+        perform_here(patch)
         patch.setattr(robot_states, "TOLERANCE", 1e-13)
         two = REFERENCE_ENGINE, "pinocchio"
         patch.setattr(robots, "find_level_engines", lambda level: two)
@@ -202,7 +203,7 @@ def _compared(own: Robot, states: RandomStates, wrong: dict[tuple, Any]) -> list
         return model.changed("run", ends), rates
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(robots, "perform_all", chains.perform_here)
+        perform_here(patch)
         patch.setattr(robots, "find_level_engines", lambda level: (REFERENCE_ENGINE, OTHER))
         patch.setattr(tasks, "build_robot_model", made)
         patch.setattr(engines, "integrate", integrate)

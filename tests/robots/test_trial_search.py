@@ -1,23 +1,30 @@
-"""The numbers by which a trial looks for a robot's wrong entries, beside closed forms."""
+"""What a trial looks for where a robot's entries are wrong, beside closed forms."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
+import sympy as sp
 
+from benchmarks.bench_robot_time import try_wrong
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.planar import build_planar_robot
-from crosscheck.models.robot.robot import Robot, RobotBody
+from crosscheck.models.robot.robot import RIGID, Robot, RobotBody
+from crosscheck.trial.changes.arms import steps
 from crosscheck.trial.changes.arms.arm_numbers import list_robot_numbers
 from crosscheck.trial.changes.kane import KaneSum
-from crosscheck.trial.changes.mistakes import list_body_parts
-from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
-from crosscheck.trial.changes.problem import ChangeProblem
+from crosscheck.trial.changes.mistakes import list_body_parts, list_frame_mistakes
+from crosscheck.trial.changes.numbers import UNITS, UNITS_OF, is_physical, list_numbers, put_value
+from crosscheck.trial.changes.pairs import PairSearch, Single, rank_pairs
+from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.search import (
     Cause,
     CauseSearch,
@@ -26,7 +33,7 @@ from crosscheck.trial.changes.search import (
     solve_step,
 )
 from crosscheck.trial.changes.steps import StepTable
-from crosscheck.trial.changes.table import ValueSearch
+from crosscheck.trial.changes.table import ChangeTable, ValueSearch
 from crosscheck.trial.robots.consistency import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
 from tests.robots import chains, two_link
@@ -223,3 +230,121 @@ def test_terms_of_a_bias_are_read_out_of_its_answers():
         for s in range(2)
     ]
     assert right.evaluate(v)[:, 1] == pytest.approx(expected)
+
+
+def test_no_pair_explains_a_wave_in_every_part():
+    found = try_wrong(load_robot("puma560"), ("mass_matrix", "bias", "gravity")).diagnosis
+    assert not [each for each in (*found.explanations, *found.notes) if "two changes" in each]
+
+
+def test_pairs_of_rows_by_one_matrix():
+    """Rows 1 and 3 once, or row 1 and three times the free row 4; and none of one owner."""
+    rng = np.random.default_rng(3)
+    rows, owners = rng.normal(size=(6, 20)), np.arange(6)
+    is_free = np.array([False, False, False, False, True, True])
+    pairs = rank_pairs(rows, is_free, rows[1] + rows[3], owners)
+    assert [each[:2] for each in pairs] == [(1, 3)]
+    ((first, second, times),) = rank_pairs(rows, is_free, rows[1] + 3 * rows[4], owners)
+    assert (first, second, times) == (1, 4, pytest.approx(3.0))
+    assert rank_pairs(rows, is_free, 2 * rows[4] + 3 * rows[5], owners) == []
+    owners[3] = owners[1]
+    assert rank_pairs(rows, is_free, rows[1] + rows[3], owners) == []
+
+
+def test_two_values_of_one_number_have_one_owner():
+    mass = SimpleNamespace(value=2.0)
+    values = [Single("", np.ones(3), number=mass, value=value) for value in (0.0, 4.0)]
+    singles = [*values, Single("", np.ones(3))]
+    twice, none, other = PairSearch.owners.fget(SimpleNamespace(singles=singles))
+    assert twice == none != other
+
+
+def test_of_pairs_of_changes_those_of_two_usual_ones_come_first():
+    pairs = SimpleNamespace(find_pairs=lambda _: {"a and b": False, "c and d": True}.items())
+    causes = CauseSearch.find_pair_causes(pairs)
+    assert [cause.usual for cause in causes] == [True, False]
+
+
+def test_a_number_of_an_arms_file_left_out_is_named_once(monkeypatch):
+    causes = [Cause("link 2: left out", True), Cause("link 2: mass, 0 kg", True, path="mass_kg")]
+    monkeypatch.setattr(steps, "find_explanations", lambda *_: ("links", causes))
+    assert steps.find_changes({}, [], lambda _: []).words == ["link 2: mass, 0 kg"]
+
+
+@pytest.mark.parametrize("seed", [5, 9])
+def test_a_table_has_what_another_robot_changes(seed):
+    """Of bodies, joints, rotors and stages taken for others, at every level: to rounding."""
+    robot, rng = chains.random_chain(seed), np.random.default_rng(seed)
+    states = sample_states(robot, 3, seed)
+    table = ChangeTable(SimpleNamespace(robot=robot, states=states))
+    changed = [each.put(each.value + each.step / 2) for each in table.numbers]
+    for level in require_items(RIGID):
+        mistakes = list(list_frame_mistakes(robot, level))
+        robots = [*changed, *(each.robot for each in mistakes)]
+        together, base = table.compute_changes(robots, level), table.compute_base(level)
+        for number in require_items(rng.choice(len(robots), 40, replace=False)):
+            exact = AnalyticRobot(robots[number], level).terms(*states[:2])
+            for change, right, other in require_items(zip(together, base, exact, strict=True)):
+                np.testing.assert_allclose(right + change[number], other, rtol=1e-9, atol=1e-10)
+
+
+def test_a_factor_between_units_is_the_number_that_its_words_say():
+    """Twice: as a number before `times as large` or `of it`, and by the units named behind."""
+    words_by_factor = [
+        *UNITS.items(),
+        *(each for table in UNITS_OF.values() for each in table.items()),
+    ]
+    for factor, words in require_items(words_by_factor):
+        said = re.split(" times as large| of it", words)[0].replace("2 pi", "2*pi")
+        assert float(sp.sympify(said)) == pytest.approx(factor, rel=1e-12), words
+    meant = {"degrees taken for radians": np.pi / 180, "turns taken for radians": 0.5 / np.pi}
+    for text, factor in require_items(meant.items()):
+        assert any(text in words for own, words in UNITS.items() if own == pytest.approx(factor))
+
+
+FILES = Path("models/robots")
+
+
+def test_the_centripetal_term_of_a_fixed_link_is_about_that_link_s_own_origin():
+    """m Jv' (w x (w x c)), c from the origin of the link of the file, by Pinocchio's frames."""
+    robot, link = load_robot("six-joint"), "tool"
+    rng = np.random.default_rng(5)
+    q, v = rng.uniform(-1, 1, (2, 1, 6))
+    pieces = KaneSum(robot, q, v, list_body_parts(robot)).list_pieces("bias")
+    centripetal = pieces["the centripetal acceleration w x (w x c) of the centre"][link]
+
+    model = pin.buildModelFromUrdf(str(FILES / "six-joint.urdf"))
+    data, frame = model.createData(), model.getFrameId(link, pin.FrameType.BODY)
+    pose = pin.integrate(model, pin.neutral(model), q[0])  # a joint without limits has two numbers
+    J = pin.computeFrameJacobian(model, data, pose, frame, pin.LOCAL_WORLD_ALIGNED)
+    (part,) = [each for each in list_body_parts(robot) if each.name == link]
+    c = pin.updateFramePlacement(model, data, frame).rotation @ part.in_link.com
+    w = J[3:] @ v[0]
+    moving = J[:3] + np.cross(J[3:], c, axis=0)
+    right = part.in_link.mass * moving.T @ np.cross(w, np.cross(w, c))
+    # Both are sums of some twenty products of order 1.
+    np.testing.assert_allclose(centripetal[0], right, rtol=0, atol=1e-14)
+    assert np.abs(right).max() > 1e-4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bodies_terms_sum_up_to_the_robots(seed):
+    """Kane's sum body by body is the project's M, bias and weights; its pieces are the bias."""
+    own = chains.random_chain(seed)
+    states = sample_states(own, 3, seed)
+    kane, model = KaneSum(own, states.q, states.v), AnalyticRobot(own, "links")
+    moved = (kane.move_body(k, kane.place_body(k, body)) for k, body in enumerate(own.bodies))
+    placed = (each.compute_terms() for each in moved)
+    right = DynamicsTerms(*model.terms(states.q, states.v))
+    for got, expected in zip(map(sum, zip(*placed, strict=True)), right, strict=True):
+        assert np.abs(got - expected).max() <= 1e-12 * np.abs(expected).max() + 1e-14
+    kinds = kane.list_pieces("bias")
+    whole = sum(
+        sum(kinds[kind].values(), np.zeros_like(right.bias))
+        for kind in (
+            "the acceleration of the centre",
+            "the torque I w' of the angular acceleration",
+            "the gyroscopic torque w x I w",
+        )
+    )
+    assert np.abs(whole - right.bias).max() <= 1e-12 * np.abs(right.bias).max() + 1e-14

@@ -17,7 +17,6 @@ import pytest
 from crosscheck.checks import engines, levels
 from crosscheck.cli import commands, cost
 from crosscheck.cost.shortcuts import SamplingPlan
-from crosscheck.identification import engines as identification_engines
 from crosscheck.identification import excitation
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import format_toml_fields
@@ -26,9 +25,9 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.run import CrossCheck, run_cross_check
 from crosscheck.trial.tables.folder import format_arm_toml
 from tests.arms import arm_of
-from tests.brief import brief
+from tests.brief import brief, perform_here
 from tests.processes import Answer, Command
-from tests.robots.chains import Solid, geared, joint, link, perform_here, planetary, urdf
+from tests.robots.chains import Solid, geared, joint, link, planetary, urdf
 from tests.tool.test_bad_input import assert_one_line
 
 BODY = Solid(2.0, (0.3, 0.02, -0.05), (0.05, 0.002, 0.001, 0.06, -0.003, 0.07))
@@ -106,11 +105,11 @@ def mechanism(request, tmp_path_factory) -> Iterator[MechanismFile]:
         folder = tmp_path_factory.mktemp("mechanism")
         patch.chdir(folder)
         brief(patch)
+        perform_here(patch)
         patch.setattr(cost, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
         for module in (engines, levels):
             patch.setattr(module, "RUNS", 1)
         patch.setattr(excitation, "DRAWN", 1)
-        patch.setattr(identification_engines, "perform_all", perform_here)
         patch.setattr(robots, "QUICK_COUNT", 4)
         patch.setattr(robots, "QUICK_STEPS", 20)
         patch.setattr(robots, "LEAST_STEPS", 10)

@@ -1,4 +1,4 @@
-"""A model as one file of C: compiled, it says what the model says."""
+"""A model as one file of C or an FMU: compiled, it says what the model says."""
 
 import ctypes
 import os
@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -21,10 +22,15 @@ from crosscheck.cli.files.export import (
     robot_variables,
 )
 from crosscheck.models.experiment.drive import torques_at
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import load_robot
+from crosscheck.provenance import ROOT
+from crosscheck.registry import build_robot_model
+from tests.robots.traced import random_state
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no gcc here")
 # The file has the kernel's operations in the kernel's order; a compiler may still fuse or reorder.
 ROUNDING = 1e-12
 SETTINGS = {
@@ -43,7 +49,7 @@ SETTINGS = {
 }
 
 
-@pytest.mark.skipif(COMPILER is None, reason="no gcc here")
+@needs_compiler
 @pytest.mark.parametrize("setting", SETTINGS)
 def test_compiled_it_says_what_the_model_says(crosscheck, setting, tmp_path):
     arm, name, laws = SETTINGS[setting]
@@ -117,7 +123,7 @@ def test_a_units_description_is_as_on_record(snapshot: SnapshotAssertion):
     assert description.replace(guid, "GUID") == snapshot
 
 
-@pytest.mark.skipif(COMPILER is None, reason="no gcc here")
+@needs_compiler
 def test_a_units_functions_answer_and_refuse_as_fmi_2_says(tmp_path):
     """0 is fmi2OK, 3 fmi2Error; what a unit has not (integers, saved states) is an error."""
     code, description = generate_unit(MADE, "made", STATES, EFFORTS)
@@ -212,3 +218,43 @@ def test_a_compiler_that_makes_no_library_is_one_line(
     answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
     assert_one_line(answer, f"--out: {tmp_path / 'cc'} cannot compile the FMU", said)
     assert not out.exists()
+
+
+PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("name", "level", "prefix", "settings"),
+    [
+        ("puma560", "coupled", "puma560", ["robot.joints.elbow.friction_N_m_s_per_rad=4.0"]),
+        (PLANETARY, "geared", "planetary_arm", ['robot.joints.elbow.planets="free"']),
+    ],
+)
+def test_compiled_it_says_what_kanes_method_says(
+    crosscheck, tmp_path, name, level, prefix, settings
+):
+    out, changes = tmp_path / "robot.c", [word for each in settings for word in ("--set", each)]
+    answer = crosscheck("export", name, "--model", f"analytic:{level}", "--out", out, *changes)
+    assert (answer.code, answer.err) == (0, "")
+    robot = select_mechanism(name, (), settings).mechanism
+    kane, call = build_robot_model("analytic", robot, level), compiled(out, prefix)
+    q, v, torques = random_state(robot, level, 6, states=5)
+    expected, mass = kane.forward_dynamics(q, v, torques), kane.mass_matrix(q)
+    for k in range(5):
+        found = call("acceleration", q.shape[1], 0.0, q[k], v[k], torques[k])
+        close(mass[k] @ found, mass[k] @ expected[k])
+        if level == "coupled":
+            close(call("mass_matrix", mass[k].size, q[k]), np.ravel(mass[k]))
+
+
+@needs_compiler
+def test_an_fmu_has_joints_and_meshes_as_states(crosscheck, tmp_path):
+    out = tmp_path / "robot.fmu"
+    answer = crosscheck("export", "sliding", "--model", "analytic:geared", "--out", out)
+    assert (answer.code, answer.err) == (0, "")
+    with ZipFile(out) as unit:
+        described = unit.read("modelDescription.xml").decode()
+    for name, kind in (("slide", "m"), ("tilt", "rad"), ("x_tilt", "m"), ("torque_2", "N")):
+        start = described.index(f'name="{name}"')
+        assert f'unit="{kind}"' in described[start : described.index("</ScalarVariable>", start)]

@@ -16,7 +16,7 @@ from crosscheck.models.files import HERE
 from crosscheck.provenance import ROOT
 from tests.arms import PAPER
 from tests.audit.markup import axis_problems, page_problems
-from tests.brief import brief
+from tests.brief import brief, perform_here
 from tests.schemas import assert_follows
 
 pytestmark = pytest.mark.slow
@@ -37,6 +37,7 @@ def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     folder = tmp_path_factory.mktemp("quick")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
         brief(patch, 0.005)
+        perform_here(patch)
         patch.setattr(sys, "argv", ["crosscheck", "run", "--quick", "--out", str(folder)])
         with pytest.raises(SystemExit) as left:
             main()

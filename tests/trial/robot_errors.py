@@ -213,6 +213,10 @@ def half_a_term(q: Vector, v: Vector) -> Vector:
     return two_link.COUPLED * np.sin(q[1]) * squares
 
 
+def turned_gravity(q: Vector) -> Vector:
+    return two_link.gravity(q) + two_link.gravity(q - [np.pi / 2, 0]) * [0, 1]
+
+
 def reflect(inertia: float) -> Callable[[Vector], Vector]:
     return lambda q: two_link.mass_matrix(q, inertia)
 
@@ -242,7 +246,10 @@ PENDULUM: dict[str, Equations] = {
     for name, parts in {
         "lever of a weight": {"gravity": lambda q: two_link.gravity(q, lever=two_link.C2)},
         "odd lever of a weight": {"gravity": lambda q: two_link.gravity(q, lever=0.87)},
+        "weights of the other sign": {"gravity": lambda q: -two_link.gravity(q)},
+        "a sine for a cosine in a weight": {"gravity": turned_gravity},
         "half a term": {"bias": half_a_term},
+        "a rate twice": {"bias": lambda q, v: two_link.bias(q, v * [1, 2])},
         "sign of an entry of the bias": {"bias": lambda q, v: two_link.bias(q, v) * [1, -1]},
         "an inertia left out of an entry": {"mass_matrix": mass_less([[0, J2], [J2, 0]])},
         "friction in the bias": {"bias": bias_with(lambda q, v: np.array([[12, 7], [0, 5]]) @ v)},

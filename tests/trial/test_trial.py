@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pytest
@@ -213,11 +214,14 @@ def test_inverse_dynamics_alone_is_judged_where_a_and_v_meet(labelled):
     assert red.quantity == "inverse-dynamics"
 
 
-@pytest.mark.parametrize(("friction", "weighs", "rubs"), [(0, 1, 1), (0.7, 1, 1), (0.7, 0.9, 0.9)])
+FORMS = "effects", "beside gravity", "beside force", "whole in force", "torques"
+
+
 @pytest.mark.parametrize(
-    "form", ["effects", "beside gravity", "beside force", "whole in force", "torques"]
+    ("form", "friction", "share"), [("effects", 0, 1), *product(FORMS, [0.7], [1, 0.9])]
 )
-def test_weights_and_friction_may_stand_where_people_write_them(form, friction, weighs, rubs):
+def test_weights_and_friction_may_stand_where_people_write_them(form, friction, share):
+    """share: how much of both the equations have, of which less than all is wrong."""
     plain = make_plain_arm("tested", 2)
     damped = plain.joints[0].model_copy(update={"friction_N_m_s_per_rad": friction})
 
@@ -225,16 +229,16 @@ def test_weights_and_friction_may_stand_where_people_write_them(form, friction, 
         model = build("analytic:links", arm, make_rest_scenario())
 
         def hold(x: np.ndarray) -> np.ndarray:
-            return -weighs * model.generalized_force(0.0, x, 0 * x)
+            return -share * model.generalized_force(0.0, x, 0 * x)
 
         def bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
-            return model.bias(x, v) + hold(x) + rubs * friction * v
+            return model.bias(x, v) + hold(x) + share * friction * v
 
         def whole(x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
             return model.mass_matrix(x) @ a + bias(x, v)
 
         def push(x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-            return torque - hold(x) - rubs * friction * v
+            return torque - hold(x) - share * friction * v
 
         return {
             "effects": Equations(model.mass_matrix, bias),
@@ -247,5 +251,5 @@ def test_weights_and_friction_may_stand_where_people_write_them(form, friction, 
         }[form]
 
     trial = trial_of(factory, plain.model_copy(update={"joints": (damped, damped)}))
-    assert trial.agrees == (weighs == 1)
+    assert trial.agrees == (share == 1)
     assert any("not 0 at rest" in each for each in trial.scope)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from crosscheck.findings import Agreement
-from crosscheck.identification import engines, output
+from crosscheck.identification import output
 from crosscheck.identification.compare import RecordComparison, SideResult
 from crosscheck.identification.restrictions import FileJudgement
 from crosscheck.identification.terms import TermEstimate
+from tests.brief import perform_here
 from tests.measured.guards import kept
-from tests.robots.chains import perform_here
 from tests.views.agreements import list_findings
 from tests.views.walker import Fact, View, vary
 
@@ -20,7 +20,7 @@ from tests.views.walker import Fact, View, vary
 def make_comparison(seed: int) -> RecordComparison:
     """The comparison, with other numbers; its last run is shorter, so that no mean is right."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engines, "perform_all", perform_here)
+        perform_here(patch)
         whole = kept().comparison
     window = whole.windows[0]
     rows = slice(2 * len(window.time) // 3)

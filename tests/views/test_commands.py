@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
@@ -13,14 +12,11 @@ from crosscheck.cli import commands
 from crosscheck.cli.app import build_commands
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.tables.state_requests import TableTrial
 from tests.baselines import short
 from tests.processes import Command
-from tests.robots import two_link
 from tests.robots.chains import BOB
-from tests.robots.trials import run_robot_trial
 from tests.tool.supplied import model_file
 from tests.trial.other_tools.tables import judge_table, sheets_of, write_csv
 from tests.views.plain import list_lines, mask_numbers
@@ -60,10 +56,6 @@ def _replaced(arm, **parts):
 def half_a_term_too_much(arm):
     M, L1 = two_link(arm).mass_matrix, arm.links[0].length_m
     return _replaced(arm, mass_matrix=lambda q: np.add(M(q), [[0.5 * L1**2, 0], [0, 0]]))
-
-def twice_a_term(arm):
-    right = two_link(arm)
-    return _replaced(arm, bias=lambda q, v: np.multiply(right.bias(q, v), [2, 1]))
 
 def sign(arm):
     return _replaced(arm, force=lambda torque: -torque)
@@ -123,8 +115,6 @@ LINES: dict[str, tuple[str, ...]] = {
     "trial, right on one arm alone": (f"trial mine.py:one_arm {QUICK}",),
     "trial of one part": (f"trial mine.py:mass_matrix_alone {QUICK}",),
     "trial, a term": (f"trial mine.py:half_a_term_too_much {QUICK}",),
-    "trial, a factor": (f"trial mine.py:twice_a_term {QUICK}",),
-    "trial, a sign": (f"trial mine.py:sign {QUICK}",),
     "trial, an exception": (f"trial mine.py:raises {QUICK}",),
 }
 
@@ -220,31 +210,6 @@ def test_a_terminal_of_a_made_cross_check(
         monkeypatch.setattr(commands, "run_cross_check", lambda *_, made=made, **__: made)
         shown.append(terminal(line))
     assert "\n".join(shown) == snapshot
-
-
-def wrong_torques(q: np.ndarray) -> np.ndarray:
-    """Of gravity, at the second joint by sine for cosine."""
-    return two_link.gravity(q) + two_link.gravity(q - [np.pi / 2, 0.0]) * [0.0, 1.0]
-
-
-ROBOT_TRIALS: dict[str, Equations] = {
-    "right": two_link.right(),
-    "weights of the other sign": two_link.right(gravity=lambda q: -two_link.gravity(q)),
-    "no rotors": two_link.right(mass_matrix=lambda q: two_link.mass_matrix(q, 0.0)),
-    "half a rotor": two_link.right(
-        mass_matrix=lambda q: two_link.mass_matrix(q, two_link.REFLECTED / 2)
-    ),
-    "a lever": two_link.right(gravity=lambda q: two_link.gravity(q, two_link.C1)),
-    "a rate twice": two_link.right(bias=lambda q, v: two_link.bias(q, v * [1.0, 2.0])),
-    "mass matrix alone": Equations(mass_matrix=two_link.mass_matrix),
-    "another shape": two_link.right(gravity=wrong_torques),
-}
-
-
-@pytest.mark.parametrize("name", ROBOT_TRIALS)
-def test_a_trial_of_a_robot(name: str, snapshot: SnapshotAssertion):
-    trial = run_robot_trial(ROBOT_TRIALS[name], two_link.robot())
-    assert mask_numbers("\n".join(trial.lines)) == snapshot
 
 
 @pytest.mark.parametrize("name", ["two_link", "sign"])

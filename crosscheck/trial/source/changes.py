@@ -475,20 +475,22 @@ def list_differences(site: Site, *, near: bool) -> Texts:
                 yield from [] if near else [f"{site.text} + {other}"]
 
 
-def list_near_sums(site: Site, *, written: bool) -> Texts:
-    """A number of a formula and its like: both joints' rates for one's.
+def list_near_sums(site: Site, *, whole: bool, written: bool) -> Texts:
+    """A number of a formula and its like: both joints' rates for one's, an absolute angle.
 
-    Also of a symbol that is differentiated: (a + b).diff(t) for b.diff(t).
+    Also of a symbol that is differentiated: (a + b).diff(t) for b.diff(t). whole: in the place of
+    all that is called with or assigned, where no difference is usual.
     """
     above = site.tree.parent(site.parent)
     is_method = isinstance(site.parent, ast.Attribute) and isinstance(above, ast.Call)
     is_called = is_method and isinstance(site.node, ast.Name) and site.kind == NUMBER
-    is_place = isinstance(site.parent, ast.BinOp | ast.Call | ast.Assign)
-    if is_called or (site.is_number and is_place):
+    is_whole = is_called or (site.is_number and isinstance(site.parent, ast.Call | ast.Assign))
+    is_part = site.is_number and isinstance(site.parent, ast.BinOp)
+    if is_whole if whole else (is_part or is_whole):
         for other, kind in site.scope.list_leaves(written=written):
             if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
-                yield " + ".join(sorted((site.text, other)))
-                yield f"{site.text} - {other}"
+                total = " + ".join(sorted((site.text, other)))
+                yield from [total] if whole else [total, f"{site.text} - {other}"]
 
 
 def list_assignments(site: Site) -> Texts:

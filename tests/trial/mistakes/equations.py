@@ -6,6 +6,7 @@ names of ``quantities``. None of it is taken from the project's own models.
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache, partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -179,6 +180,9 @@ def coordinates(kind: str, known: Mapping[str, Any]) -> Coordinates:
     return Coordinates("lumped", matrix=matrix, names=tuple(names))
 
 
+compile_text = lru_cache(partial(compile, mode="exec"))  # of equations that many arms have
+
+
 def written(kind: str, replaced: tuple[tuple[str, str], ...], arm: Arm) -> Equations:
     """The equations of a text, these pieces of it replaced.
 
@@ -189,7 +193,7 @@ def written(kind: str, replaced: tuple[tuple[str, str], ...], arm: Arm) -> Equat
         if old not in text:
             raise ValueError(f"{old!r} is not in the text {kind!r}")
         text = text.replace(old, new)
-    code, known = compile(text, kind, "exec"), quantities(arm)
+    code, known = compile_text(text, kind), quantities(arm)
     n = 2 if kind in RIGID else 6
     functions = {"sin": math.sin, "cos": math.cos, "sqrt": math.sqrt, "outer": np.multiply.outer}
 

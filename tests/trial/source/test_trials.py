@@ -122,21 +122,19 @@ def test_the_friction_that_a_row_of_the_bias_lacks_is_a_term_and_a_line(tmp_path
     assert any("missing term: -c2 theta_2'" in each for each in trial.causes)
 
 
+NUMBER, CALL = ("4.0, 2.5,", "4.0, 2.6,"), ("multiply(m2, c2)", "multiply(m2, c1)")
+
+
 @pytest.mark.parametrize(
-    "give",
+    ("give", "wrong"),
     [
-        lambda mine: mine.model,
-        lambda mine: mine,
-        lambda mine: mine.chain,
-        lambda mine: Equations(bias=mine.chain.bias),
-        lambda mine: Equations(bias=mine.turn),
+        (lambda mine: mine.model, CALL),
+        (lambda mine: mine, NUMBER),
+        (lambda mine: mine.chain, CALL),
+        (lambda mine: Equations(bias=mine.chain.bias), NUMBER),
+        (lambda mine: Equations(bias=mine.turn), CALL),
     ],
     ids=["equations", "module", "object", "method", "lambda"],
-)
-@pytest.mark.parametrize(
-    "wrong",
-    [("4.0, 2.5,", "4.0, 2.6,"), ("multiply(m2, c2)", "multiply(m2, c1)")],
-    ids=["number", "call"],
 )
 def test_what_stands_at_the_top_of_a_module_is_edited_too(give, wrong, tmp_path, arm, monkeypatch):
     text = LITERAL.replace("def bias(", MADE_AT_TOP, 1).replace("m2 * c2 * l1 * np", "moment * np")
