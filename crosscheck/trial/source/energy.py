@@ -13,7 +13,7 @@ import ast
 import copy
 import functools
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -93,11 +93,13 @@ def _recognize_symbols(scope: Scope, equations: Equations) -> Symbolic | None:
     """The symbols behind functions that SymPy wrote, and the M and gravity of their energies.
 
     Two lists of a function are the coordinates and rates if one of its expressions has the answers
-    of the equations' functions at a place as its derivatives by them.
+    of the equations' functions at a place as its derivatives by them. Numbers of its other symbols
+    may be in a dictionary.
     """
     import sympy as sp
 
-    values = scope.list_values().values()
+    values = list(scope.list_values().values())
+    tables = [each for each in values if isinstance(each, dict) and _are_numbers(each.values())]
     listed = (tuple(each) for each in values if isinstance(each, list | tuple | sp.MatrixBase))
     vectors = {each: None for each in listed if all(isinstance(s, sp.Symbol) for s in each)}
     energies = [each for each in scope.values.values() if isinstance(each, sp.Expr)]
@@ -109,17 +111,31 @@ def _recognize_symbols(scope: Scope, equations: Equations) -> Symbolic | None:
             for energy in energies if len(x) == len(v) else ():
                 mass = _differentiate_twice(energy, v)
                 weights = _differentiate_at_rest(energy, symbolic)
+                others = energy.free_symbols - {*x, *v}
+                table = next(each for each in ({}, *tables) if others <= {*_use_numbers(each)})
+                numbers = here | _use_numbers(table)
                 for part, slopes in (
                     ("mass_matrix", mass),
                     ("gravity", weights),
                     ("gravity", -weights),
                 ):
                     function = getattr(equations, part)
-                    if function and _is_same(slopes.xreplace(here), sp.Matrix(function(place))):
-                        symbolic = replace(symbolic, **{part: slopes})
+                    if function and _is_same(slopes.xreplace(numbers), sp.Matrix(function(place))):
+                        symbolic = replace(symbolic, values=table, **{part: slopes})
         if symbolic != Symbolic(x, v):
             return symbolic
     return None
+
+
+def _are_numbers(values: Iterable[Any]) -> bool:
+    return all(isinstance(each, int | float | np.floating) for each in values)
+
+
+def _use_numbers(numbers: Mapping[Any, float | str]) -> dict[Any, float | str]:
+    """Numbers by symbols, for those that a dictionary has by their names."""
+    import sympy as sp
+
+    return {sp.Symbol(n) if isinstance(n, str) else n: each for n, each in numbers.items()}
 
 
 def _is_equal(value: Any, numbers: Mapping[Any, float | str]) -> bool:
@@ -242,6 +258,18 @@ def _find_assignment(body: Sequence[ast.stmt], names: Sequence[str]) -> int | No
     return max(storing, default=None)
 
 
+def _list_needed(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
+    """The last of some statements, after those that give values to names in it."""
+    needed, kept = set[str](), list[ast.stmt]()
+    for statement in reversed(statements):
+        names = [each for each in ast.walk(statement) if isinstance(each, ast.Name)]
+        stored = {each.id for each in names if isinstance(each.ctx, ast.Store)}
+        if not kept or stored & needed:
+            kept.insert(0, statement)
+            needed |= {each.id for each in names} - stored
+    return kept
+
+
 def _cut_code(
     code: UserCode,
     scope: Scope,
@@ -256,7 +284,7 @@ def _cut_code(
     """
     body = getattr(scope.node, "body", None) or code.statements
     line, stating = body[end].end_lineno or body[end].lineno, _find_assignment(body, [numbers])
-    kept = [*body[: end + 1], *([body[stating]] if stating is not None and stating > end else [])]
+    kept = [*body[: end + 1], *_list_needed(body[end + 1 : (stating or end) + 1])]
 
     def select(defined: Mapping[str, Any]) -> Any:
         return make([*(defined[name] for name in names), defined.get(numbers)])
@@ -306,7 +334,7 @@ def _make_equations(
     if None in expressions:
         raise ValueError("an edit's energy is not one of the coordinates and rates")
     kinetic, potential = (sp.Matrix([expressions[place], *zeros]) for place in (0, -1))
-    stated = symbolic.values if numbers is None else numbers
+    stated = _use_numbers(symbolic.values if numbers is None else numbers)
     inner = from_sympy(x, v, bias=kinetic, force=potential, values=stated, coordinates=coordinates)
     weighs = bool(roles.potential) and symbolic.gravity is None  # within a force
 

@@ -408,7 +408,14 @@ class EditSearch:
         return len(self.texts) > count
 
     def _find_pair(self) -> list[MendingEdit]:
-        """Two edits that together make all right, each of which mends what the other does not."""
+        """Two edits that together make all right, each of which mends what the other does not.
+
+        Of energies those that do so there are judged on the whole.
+        """
+        if self.energy_search is not None:
+            of_energies = self.energy_search._find_pair()
+            both = self._judge_pair([each.edit for each in of_energies]) if of_energies else None
+            return [] if both is None or both.wrong else of_energies
         for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
             if len(statements) > 1 and not pair[0].wrong & pair[1].wrong:
@@ -479,7 +486,8 @@ class EditSearch:
             return self._make_answer(edits, is_unequal)
         if pair := self._find_pair():
             others = [] if is_unequal else self._list_equivalents(pair)
-            described, alternatives = (tuple(map(self._describe, each)) for each in (pair, others))
+            describe = (self.energy_search or self)._describe
+            described, alternatives = (tuple(map(describe, each)) for each in (pair, others))
             return SourceAnswer(described, alternatives, is_unequal=is_unequal)
         right_here = [each for each in self.mending if each.is_right_here]
         telling = right_here or [each for each in self.mending if self._mends_much(each)]

@@ -110,3 +110,42 @@ def test_the_energies_of_a_robot_and_the_numbers_behind_them_are_edited(tmp_path
     file.write_text(text, encoding="utf-8")
     (edit,) = try_equations(f"{file}:model", chains.robot(chains.BOB)).change.edits
     assert edit.line == text[: text.index(wrong)].count("\n") + 1
+
+
+LAMBDIFIED = """
+import sympy as sp
+from crosscheck import Equations
+
+def derive(q, w):
+    m1, m2, l1, d1, d2, g = sp.symbols("m1 m2 l1 d1 d2 g")
+    square = (l1 * w[0]) ** 2 + (d2 * (w[0] + w[1])) ** 2
+    square += 2 * l1 * d2 * w[0] * (w[0] + w[1]) * sp.cos(q[1])
+    y2 = l1 * sp.sin(q[0]) + d2 * sp.sin(q[0] + q[1])
+    T = m1 * (d1 * w[0]) ** 2 / 2 + m2 * square / 2
+    V = g * (m1 * d1 * sp.sin(q[0]) + m2 * y2)
+    return T, V
+
+def model(arm):
+    q, w = sp.Matrix(sp.symbols("q1:3")), sp.Matrix(sp.symbols("w1:3"))
+    T, V = derive(q, w)
+    a, b = arm.links
+    numbers = dict(m1=a.mass, m2=b.mass, l1=a.length_m, d1=a.com_m, d2=b.com_m, g=9.81)
+    p = sp.Matrix([T]).jacobian(w).T
+    h = p.jacobian(q) * w - sp.Matrix([T]).jacobian(q).T
+    parts = p.jacobian(w), h, sp.Matrix([V]).jacobian(q).T
+    M, h, G = (sp.lambdify([q, w], each.subs(numbers)) for each in parts)
+    return Equations(
+        mass_matrix=lambda q: M(q, q), bias=lambda q, v: h(q, v).ravel(),
+        gravity=lambda q: G(q, q).ravel(),
+    )
+"""
+
+
+def test_a_slip_in_each_energy_behind_written_functions_is_named(tmp_path):
+    """Numbers take the places of symbols by their names."""
+    file, text = tmp_path / "mine.py", LAMBDIFIED.replace("d2 * sp.sin(", "d2 * sp.cos(", 1)
+    text = text.replace("2 * l1 * d2", "2 * l1 * d1", 1)
+    file.write_text(text, encoding="utf-8")
+    change = try_equations(f"{file}:model", point_masses(2)).change
+    assert [(each.new, each.line) for each in change.edits] == [("d2", 8), ("sp.sin", 9)]
+    assert change.wrong == ()
