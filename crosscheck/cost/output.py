@@ -92,8 +92,8 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     named = "every joint" if len(joints) == len(rotors) else join_words(joints)
     yield (
         f"These costs assume link parameters from CAD. At {named} the stator is taken to be on the"
-        " link before the joint, with its axis along the joint's. So links identified with an armature model"
-        " already absorb this coupling, and may be physically impossible."
+        " link before the joint, with its axis along the joint's. So links identified with an"
+        " armature model already absorb this coupling, and may be physically impossible."
     )
 
 

@@ -203,8 +203,9 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     median = " (median)" if len(windows) > 1 else ""
     yield (
         f"Simulated from {format_count(len(windows), 'recorded state')}, the"
-        f" {comparison.mechanism.noun} {verb} its uncertainty band (3 sigma) {until} {share * long:.3g} s of {long:.3g} s{median};"
-        f" {100 * inside:.0f} % of the rows are within 2 sigma."
+        f" {comparison.mechanism.noun} {verb} its uncertainty band (3 sigma) {until}"
+        f" {share * long:.3g} s of {long:.3g} s{median}; {100 * inside:.0f} % of the rows are"
+        " within 2 sigma."
     )
 
 
