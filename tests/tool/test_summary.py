@@ -83,6 +83,17 @@ def test_a_number_in_a_wrong_part_may_be_the_error():
     assert describe_unfollowed(UNFOLLOWED["two"], {"bias"}).endswith("with your values.")
 
 
+def test_many_numbers_are_counted_and_all_of_the_file_are_said_to_be():
+    six = [ignored(f"m_{place}", 1.5, "force") for place in range(6)]
+    names = {each.name for each in six}
+    assert "the file's m_0 = 1.5, m_1 = 1.5" in describe_unfollowed(six, in_file=names | {"g"})
+    assert "m_4 = 1.5 and 1 more: are" in describe_unfollowed(six)
+    every = "Your force does not change with any of the file's numbers: are they"
+    assert describe_unfollowed(six, in_file=names).startswith(every)
+    partly = [*six[1:], replace(six[0], partly=True)]
+    assert "and 1 more" in describe_unfollowed(partly, in_file=names)
+
+
 def test_point_masses_are_named():
     assert "have no I_1" in describe_point_masses(["I_1"])
 
