@@ -214,7 +214,7 @@ def _format_steps(sides: Sequence[SideResult]) -> str:
             step.name: f"{step.parameters}: {step.weighted:.3f}, {step.predicted:.3f}"
             for step in side.steps
         }
-        sizes = [f"{side.bandwidth:.3g}", f"{side.condition:.3g}", str(side.blocks)]
+        sizes = [f"{side.bandwidth:.3g}", f"{side.fit.condition:.3g}", str(side.fit.blocks)]
         rows.append([str(number), *sizes, *(cells.get(name, "") for name in names)])
     return format_table(["fit", "band [Hz]", "condition", "blocks", *names], rows)
 
