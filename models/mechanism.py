@@ -31,10 +31,7 @@ Mechanism = Arm | Robot
 def select_mechanism(
     name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
 ) -> Selection:
-    """Mechanism and scenarios by name or file, with ``path=value`` settings.
-
-    Raises InputError, which says so where a setting is what cannot be used.
-    """
+    """Mechanism and scenarios by name or file, with ``path=value`` settings. Raises InputError."""
     try:
         return (select_robot if is_robot(name) else load_selection)(name, scenarios, settings)
     except InputError as error:

@@ -89,10 +89,7 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
 
 
 def _arrange_ranges(console: Console, rows: Sequence[Sequence[str]], checked: bool) -> Table:
-    """The table of ranges: numbers and names whole; names folded where a console is too narrow.
-
-    Without the column of undefined values where there are none.
-    """
+    """The table of ranges: numbers and names whole; names folded where a console is too narrow."""
     all_defined = all(undefined.startswith("0 ") for _, _, undefined, *_ in rows)
     rows = [[*row[:2], *row[2 + all_defined :]] for row in rows]
     unlimited = console.options.update(width=MOST_WIDTH)

@@ -381,7 +381,8 @@ def _describe_scaled(
         worse = side.find_worse_joints(identified)
         if worse:
             listed = ", ".join(f"{ratio:.2f} at {name}" for name, ratio in worse.items())
-            yield f"The file's links are wrong: residual over that of identified links {listed}."
+            head = "The file's links are wrong: relative to identified links the residual is"
+            yield f"{head} {listed}."
         return
     if has_gears:
         listed = "; ".join(format_estimate(each) for each in side.rotors)

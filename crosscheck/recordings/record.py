@@ -134,9 +134,8 @@ def read_record(
     time, tables = file.select("t"), {kind: file.build_table(kind, joints) for kind in SIGNALS}
     angles = tables["theta"]
     if time is None or angles is None:
-        by_kind = {"t": time, **tables}
+        by_kind = {"t": time, **tables} | ({"torque": ()} if is_motion else {})
         missing = [kind for kind in NOUNS if by_kind[kind] is None]
-        missing = [kind for kind in missing if not (is_motion and kind == "torque")]
         names = (file.allowed_names(kind, None if kind == "t" else 1)[0] for kind in missing)
         nouns = [NOUNS[kind] for kind in missing]
         listed = " or ".join(filter(None, [", ".join(nouns[:-1]), nouns[-1]]))
