@@ -85,8 +85,8 @@ def describe_error(error: BaseException) -> str:
 
 
 def describe_type(value: object) -> str:
-    """The name of a value's type behind its article, such as `an int`."""
-    name = type(value).__name__
+    """The name of a value's type behind its article, such as `an int`; of a type `a class`."""
+    name = "class" if isinstance(value, type) else type(value).__name__
     return f"{'an' if name[0].lower() in 'aeio' or name == 'ndarray' else 'a'} {name}"
 
 

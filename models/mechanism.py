@@ -5,10 +5,13 @@ Whatever a name, a file or a study's content is of is decided here, and nowhere 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import is_robot, read_raw_arm, read_raw_scenario
 from crosscheck.models.loading import (
@@ -29,9 +32,15 @@ def select_mechanism(
     name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
 ) -> Selection:
     """Mechanism and scenarios by name or file, with ``path=value`` settings. Raises InputError."""
-    if not is_robot(name):
-        return load_selection(name, scenarios, settings)
-    return select_robot(name, scenarios, settings)
+    try:
+        return (select_robot if is_robot(name) else load_selection)(name, scenarios, settings)
+    except InputError as error:
+        field = re.sub(r"\[(\d+)\]", r".\1", error.field)
+        paths = [setting.partition("=")[0].strip().partition(".")[2] for setting in settings]
+        if not any(fnmatchcase(field, path) for path in paths):
+            raise
+        where = f"{error.where} (by an option)"
+        raise InputError(where, error.field, error.value, error.allowed) from None
 
 
 def adopt_mechanism(given: Mechanism | str, scenarios: Sequence[Scenario | str] = ()) -> Selection:

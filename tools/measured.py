@@ -27,7 +27,12 @@ from crosscheck.identification.description import (
     transmission_matrix,
 )
 from crosscheck.identification.mechanism import SpatialRobot
-from crosscheck.identification.messages import SIDE_PHRASES, describe_answers, format_estimate
+from crosscheck.identification.messages import (
+    SIDE_PHRASES,
+    UNDETERMINED,
+    describe_answers,
+    format_estimate,
+)
 from crosscheck.identification.terms import FRICTION_KINDS, TermEstimate, TermKind
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
@@ -214,7 +219,7 @@ def _format_steps(sides: Sequence[SideResult]) -> str:
             step.name: f"{step.parameters}: {step.weighted:.3f}, {step.predicted:.3f}"
             for step in side.steps
         }
-        sizes = [f"{side.bandwidth:.3g}", f"{side.condition:.3g}", str(side.blocks)]
+        sizes = [f"{side.bandwidth:.3g}", f"{side.fit.condition:.3g}", str(side.fit.blocks)]
         rows.append([str(number), *sizes, *(cells.get(name, "") for name in names)])
     return format_table(["fit", "band [Hz]", "condition", "blocks", *names], rows)
 
@@ -274,7 +279,8 @@ def format_estimates(
 
 
 def _format_interval(each: TermEstimate) -> str:
-    text = format_estimate(each).removeprefix(f"{each.term.name} ")
+    text = format_estimate(each).removeprefix(f"{each.term.words} ")
+    text = text.removesuffix(f" ({UNDETERMINED})")
     if each.doubled is not None:
         return f"{text.split()[0]}†"
     return text.removesuffix(each.term.unit).strip()

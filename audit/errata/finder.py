@@ -151,8 +151,8 @@ def find_clearance_errata(stage: PaperStage) -> Iterator[Erratum]:
             " have the clearance, so no effect is simulated",
             printed_tex=r"F = k \, (x - e)",
             derived_tex=r"F = k \, f_k(x - e, b)",
-            size=force_at_edge,
-            unit="N",
+            size=-force_at_edge,
+            unit="N at x - e = b",
             denies=("2.3-03",),
         )
 
@@ -160,8 +160,8 @@ def find_clearance_errata(stage: PaperStage) -> Iterator[Erratum]:
 SCHEMA_VERSION = 4
 Values = dict[sp.Symbol, sp.Rational]  # of a form's parameters
 RING_REMARK = (
-    "Table I labels the ring M_ri, an inertia over a squared radius. Size and effects are those of"
-    " a thin ring of this mass at its base radius; run takes 0 from the file"
+    "Table I labels the ring M_ri, an inertia over a squared radius. Difference and effects are"
+    " those of a thin ring of this mass at its base radius; the arm's file, and so run, has 0"
 )
 # The claims that the entries follow from the energies and from virtual work.
 CLAIMS_ON_ENTRIES = {"mass_matrix": "2.4-02", "bias": "2.4-03", "force": "2.4-04"}

@@ -37,7 +37,8 @@ def cost_command(
     require_files((json_file, COST), (page, COST_PAGE))
     along = None
     if motion is not None:
-        along = fit_motion(read_record(motion, len(robot.coordinates), slides=robot.slides))
+        count, slides = len(robot.coordinates), robot.slides
+        along = fit_motion(read_record(motion, count, slides=slides, is_motion=True))
     with show_progress(f"computing costs of {make_printable(name)}") as progress:
         costs = compute_costs(robot, seed, QUICK if quick else FULL, progress, along)
     requests = (json_file, lambda: cost_json(costs)), (page, lambda: cost_page(costs))

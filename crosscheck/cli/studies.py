@@ -17,6 +17,7 @@ from crosscheck.file_types import PICTURE
 from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, require_netcdf_name, write_files
+from crosscheck.report.formatting import format_unit
 from crosscheck.runner.progress import show_progress
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.batches.result_file import CHECKED
@@ -69,7 +70,11 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
                 continue
             for label, part in _select_joints(result, column.name):
                 defined_values, size = _defined_values(part, column.name), part[column.name].size
-                row = [label, column.unit, f"{size - defined_values.size:,} of {size:,}"]
+                row = [
+                    label,
+                    format_unit(column.unit),
+                    f"{size - defined_values.size:,} of {size:,}",
+                ]
                 if defined_values.size:
                     median = np.median(defined_values)
                     numbers = defined_values.min(), median, defined_values.max()
@@ -85,11 +90,13 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
 
 def _arrange_ranges(console: Console, rows: Sequence[Sequence[str]], checked: bool) -> Table:
     """The table of ranges: numbers and names whole; names folded where a console is too narrow."""
+    all_defined = all(undefined.startswith("0 ") for _, _, undefined, *_ in rows)
+    rows = [[*row[:2], *row[2 + all_defined :]] for row in rows]
     unlimited = console.options.update(width=MOST_WIDTH)
     folded = [[_fold_name(name), *others] for name, *others in rows]
     for arranged in (rows, folded):
         table = Table(Column("quantity", no_wrap=True), Column("unit", overflow="fold"), box=None)
-        for head in ("undefined", "least", "median", "largest"):
+        for head in ("undefined", "least", "median", "largest")[all_defined:]:
             table.add_column(head, no_wrap=True)
         if checked:
             table.add_column("engines differ\nby (of spread)", no_wrap=True)

@@ -72,11 +72,12 @@ def _describe_coupling(costs: ShortcutCosts) -> Iterator[str]:
         )
     else:
         largest = max(each.share for each in costs.by_joint if each.level == "armature")
-        verb = "stay" if largest < NEGLIGIBLE else "fall"
+        would = f"would fall below {limit} of every joint's largest torque"
+        if largest < NEGLIGIBLE:
+            would = f"would reach {limit} of a joint's largest torque only"
         yield (
-            f"The peak of this coupling ({format_percent(largest)}) would {verb} below {limit} of"
-            f" every joint's largest torque if all ratios were {format_number(costs.factor)} times"
-            " as large, with the same reflected inertias."
+            f"The peak of this coupling ({format_percent(largest)}) {would} if all ratios were"
+            f" {format_number(costs.factor)} times as large, with the same reflected inertias."
         )
     if costs.geared:
         yield from _describe_meshes(costs.geared)
@@ -90,9 +91,9 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     rotors = {robot.joints[rotor.joint].name for rotor in robot.rotors}
     named = "every joint" if len(joints) == len(rotors) else join_words(joints)
     yield (
-        f"These costs assume link parameters from CAD. At {named} the stator is on the link before"
-        " the joint, with its axis along the joint's. So links identified with an armature model"
-        " already absorb this coupling, and may be physically impossible."
+        f"These costs assume link parameters from CAD. At {named} the stator is taken to be on the"
+        " link before the joint, with its axis along the joint's. So links identified with an"
+        " armature model already absorb this coupling, and may be physically impossible."
     )
 
 
@@ -125,8 +126,8 @@ def _describe_costs(
         (tip,) = (each for each in costs.tips if each.level == level)
         yield (
             f"{head.format(costs.robot.name)}: the {torques} wrong by up to"
-            f" {format_percent(most)} of {whose}, and after 1 s of feed-forward {costs.robot.tip}"
-            f" is {describe_distances(tip.distances)}."
+            f" {format_percent(most)} of {whose}, and after 1 s of feed-forward the end effector is"
+            f" {describe_distances(tip.distances)}."
         )
 
 

@@ -182,8 +182,8 @@ def _require_lengths(description: RecordDescription, count: int, where: str) -> 
         lists[f"transmission.{number}"] = row
     for name, values in lists.items():
         if isinstance(values, tuple) and len(values) != count:
-            allowed = f"must have {count} entries, one for each joint of the robot that is free"
-            raise InputError(where, name, len(values), allowed)
+            reason = f"has {len(values)} entries; must have {count}, one for each free joint"
+            raise InputError(where, name, None, reason)
     if description.motor_torque is None and description.joint_torque is None:
         raise InputError(where, "", None, "needs a table motor_torque or joint_torque")
     if (description.time is None) == (description.step_s is None):

@@ -147,7 +147,7 @@ def _describe_judgement(
                 )
     for change in judgement.changes:
         if change.mechanism is None and change.parameter and change.estimate:
-            value = _format_change(change.estimate)
+            value = _format_interval(change.estimate, change.estimate.term.unit)
             yield (
                 f"For {name(change.level)} {change.parameter.phrase} would have to be {value},"
                 " which is impossible."
@@ -162,15 +162,8 @@ def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
     in_file = f"{format_exact(parameter.value)} {estimate.term.unit}".rstrip()
     return (
         f"{mechanism.describe_level(change.level)} if {parameter.phrase} (file: {in_file}) is"
-        f" {_format_change(estimate)}"
+        f" {_format_interval(estimate, estimate.term.unit)}"
     )
-
-
-def _format_change(estimate: TermEstimate) -> str:
-    if estimate.doubled is not None or not estimate.is_determined:
-        return _format_interval(estimate, estimate.term.unit)
-    in_file = estimate.term.value or 0.0
-    return f"{format_value(estimate.value, estimate.half_width, in_file)} {estimate.term.unit}"
 
 
 def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
@@ -209,9 +202,10 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     verb, until = ("stays in", "for") if share == 1 else ("leaves", "after")
     median = " (median)" if len(windows) > 1 else ""
     yield (
-        f"Simulated from {format_count(len(windows), 'recorded state')}, it {verb}"
-        f" its uncertainty band (3 sigma) {until} {share * long:.3g} s of {long:.3g} s{median};"
-        f" {100 * inside:.0f} % of the rows are within 2 sigma."
+        f"Simulated from {format_count(len(windows), 'recorded state')}, the"
+        f" {comparison.mechanism.noun} {verb} its uncertainty band (3 sigma) {until}"
+        f" {share * long:.3g} s of {long:.3g} s{median}; {100 * inside:.0f} % of the rows are"
+        " within 2 sigma."
     )
 
 
@@ -387,7 +381,8 @@ def _describe_scaled(
         worse = side.find_worse_joints(identified)
         if worse:
             listed = ", ".join(f"{ratio:.2f} at {name}" for name, ratio in worse.items())
-            yield f"The file's links are wrong: residual over that of identified links {listed}."
+            head = "The file's links are wrong: relative to identified links the residual is"
+            yield f"{head} {listed}."
         return
     if has_gears:
         listed = "; ".join(format_estimate(each) for each in side.rotors)
@@ -424,10 +419,11 @@ def _format_interval(each: TermEstimate, unit: str = "") -> str:
     is_small = 100 * half_width > abs(value) and half_width < 1e-5
     is_usual = 1e-9 < half_width < 1e6 and not is_small
     digits = f".{max(1 - floor(log10(half_width)), 0)}f" if is_usual else ".3g"
+    shown = f"{value:{digits}}" if is_usual else format_value(value, half_width)
     if each.doubled is not None:
         beside = f"{each.doubled:{digits}}{after} in twice the band"
-        return f"{value:{digits}}{after} (depends on the band: {beside})"
-    interval = f"{value:{digits}} ± {half_width:{digits if is_usual else '.2g'}}{after}"
+        return f"{shown}{after} (depends on the band: {beside})"
+    interval = f"{shown} ± {half_width:{digits if is_usual else '.2g'}}{after}"
     return interval if each.is_determined else f"{interval} ({UNDETERMINED})"
 
 
@@ -436,12 +432,11 @@ def format_row(names: Sequence[str], values: Sequence[float] | np.ndarray) -> st
     return ", ".join(f"{value:.3g} at {name}" for name, value in zip(names, values, strict=True))
 
 
-def format_value(value: float, half_width: float, in_file: float) -> str:
-    """A value in three digits, or as many as state it within its interval or its change to 1 %."""
-    enough = max(half_width, abs(value - in_file) / 100)
+def format_value(value: float, half_width: float) -> str:
+    """A value in three digits, or as many as state it within its interval."""
     for digits in range(3, MOST_DIGITS):
         text = f"{value:.{digits}g}"
-        if abs(float(text) - value) <= enough:
+        if abs(float(text) - value) <= half_width:
             return text
     return repr(value)
 

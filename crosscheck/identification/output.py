@@ -65,14 +65,14 @@ def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]
     yield (
         f"{messages.SIDE_PHRASES[side.side]}{links[side.links]}: frequencies up to"
         f" {side.bandwidth:.3g} Hz, a row every {1e3 * side.samples.step:.3g} ms,"
-        f" condition number {side.fit.condition:.3g}, errors from {side.fit.blocks} blocks"
+        f" condition number {side.fit.condition:.3g}, ± is 95 % from {side.fit.blocks} blocks"
     )
     if side.judgement is not None:
         for each in (*side.judgement.levels, *side.judgement.changes):
             number = "" if each.estimate is None else messages.format_estimate(each.estimate)
             head = f"  {each.level}, {number or 'the file'}"
             ratios = messages.format_row(side.measured, each.ratios)
-            yield f"{head}: residual over that of freely fitted links {ratios}"
+            yield f"{head}; residual relative to that of freely fitted links: {ratios}"
         if is_brief:
             yield from (
                 f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction

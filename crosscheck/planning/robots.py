@@ -201,9 +201,9 @@ def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
     for spring in springs:
         deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
         rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
-        is_own = spring.row[free:] != 0
-        sizes = np.maximum(sizes, np.outer(deep * rate ** np.arange(3), is_own))
-        backlash = np.maximum(backlash, spring.backlash * is_own)
+        has_spring = spring.row[free:] != 0
+        sizes = np.maximum(sizes, np.outer(deep * rate ** np.arange(3), has_spring))
+        backlash = np.maximum(backlash, spring.backlash * has_spring)
     shape = len(states.q), sizes.shape[1]
     drawn = sizes[:, None] * rng.uniform(-1, 1, (3, *shape))
     drawn[0] = rng.choice((-1, 1), shape) * (backlash + drawn[0])

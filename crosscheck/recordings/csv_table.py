@@ -81,7 +81,7 @@ class CsvTable:
             name = columns[place]
             if place in silent:
                 raise InputError(self.where, name, None, "is no number in any row: not measured?")
-            field = f"{name}, row {first_wrong[place]}"
+            field = f"{name}, data row {first_wrong[place]}"
             raise InputError(self.where, field, None, "must be a number")
 
     def _read_rows(self, places: Sequence[int]) -> Iterator[list[float]]:
@@ -94,12 +94,12 @@ class CsvTable:
                 cells, row = _split(decimal, self.separator), list[float]()
                 if len(cells) != len(self.names):
                     reason = f"has {len(cells)} columns, must have {len(self.names)}, as line 1"
-                    raise InputError(self.where, f"row {number}", None, reason)
+                    raise InputError(self.where, f"data row {number}", None, reason)
                 for place in places:
                     try:
                         row.append(float(cells[place] or "nan"))
                     except ValueError:
-                        field = f"{self.names[place]}, row {number}"
+                        field = f"{self.names[place]}, data row {number}"
                         shown = cells[place][:40]
                         raise InputError(self.where, field, shown, "must be a number") from None
                 yield row

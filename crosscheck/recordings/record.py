@@ -15,7 +15,7 @@ import numpy as np
 from crosscheck.models.errors import InputError, format_install_command, format_line
 from crosscheck.models.inputs import convert_read_errors, doubt_degrees, input_size, read_input
 from crosscheck.recordings.csv_table import LARGEST_FILE, open_table
-from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
+from crosscheck.runner.isolated_reading import TooManyNumbers, read_arrays, read_in_subprocess
 
 READING_S, BAG_S = 60.0, 300.0
 BAGS = (".bag", ".db3", ".mcap")
@@ -103,6 +103,8 @@ def read_record(
     topic: str = "",
     named: Sequence[str] = (),
     slides: Collection[int] = (),
+    *,
+    is_motion: bool = False,
 ) -> Record:
     """The record in a file. Raises InputError naming file, row, column and what is allowed.
 
@@ -110,7 +112,7 @@ def read_record(
     units with those at the end; rates and torques may be missing. In MAT, HDF5 and NetCDF files
     they are variables of these names, or `theta_rad` (N, joints) and so on, or those of a
     trajectory of this program. topic, named: of a ROS bag, and its names of the joints; slides:
-    numbers, from 1, of the joints that slide.
+    numbers, from 1, of the joints that slide; is_motion: whether nobody asks for its torques.
     """
     where = str(path)
     notes: list[str] = []
@@ -132,13 +134,13 @@ def read_record(
     time, tables = file.select("t"), {kind: file.build_table(kind, joints) for kind in SIGNALS}
     angles = tables["theta"]
     if time is None or angles is None:
-        by_kind = {"t": time, **tables}
+        by_kind = {"t": time, **tables} | ({"torque": ()} if is_motion else {})
         missing = [kind for kind in NOUNS if by_kind[kind] is None]
         names = (file.allowed_names(kind, None if kind == "t" else 1)[0] for kind in missing)
         nouns = [NOUNS[kind] for kind in missing]
         listed = " or ".join(filter(None, [", ".join(nouns[:-1]), nouns[-1]]))
-        reason = f"has no {listed}; columns must be"
-        reason += f" {', '.join(names)}, ..., or a TOML file names them"
+        reason = f"has no {listed}; columns must be {', '.join(names)}, ..."
+        reason += "" if is_motion else ", or a TOML file names them"
         raise InputError(where, "", None, reason + file.suggest_names())
     require_even_enough(where, time)
     notes += describe_gaps(time)
@@ -376,9 +378,10 @@ def _read_arrays(where: str, content: bytes) -> dict[str, np.ndarray]:
             for n, values in arrays.items()
             if values.dtype.kind in "fiu"
         }
-    except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
-        reason = f"is no CSV, MAT, HDF5 or NetCDF file: {format_line(str(bad))[:200]}"
-        raise InputError(where, "", None, reason) from None
+    except TooManyNumbers as many:
+        raise InputError(where, "", None, str(many)) from None
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError):
+        raise InputError(where, "", None, "is no CSV, MAT, HDF5 or NetCDF file") from None
 
 
 def require_even_enough(where: str, time: np.ndarray) -> None:
@@ -389,18 +392,18 @@ def require_even_enough(where: str, time: np.ndarray) -> None:
         value = float(time[row])
         shown = value if np.isfinite(value) else None
         allowed = f"must be a number up to {LATEST:g} s"
-        raise InputError(where, f"time, row {row + 1}", shown, allowed)
+        raise InputError(where, f"time, data row {row + 1}", shown, allowed)
     steps = np.diff(time)
     wrong = np.flatnonzero(~(steps > 0))
     if wrong.size:
         row = int(wrong[0]) + 1
         now, before = float(time[row]), float(time[row - 1])
         reason = f"is that of row {row}" if now == before else f"is before row {row} ({before!r})"
-        raise InputError(where, f"time, row {row + 1}", now, f"{reason}; must rise")
+        raise InputError(where, f"time, data row {row + 1}", now, f"{reason}; must rise")
     if steps.size and steps.max() > LONGEST_GAP * steps.mean():
         row = int(steps.argmax()) + 2
         reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
-        raise InputError(where, f"time, row {row}", float(time[row - 1]), reason)
+        raise InputError(where, f"time, data row {row}", float(time[row - 1]), reason)
 
 
 def describe_gaps(time: np.ndarray) -> list[str]:
@@ -420,7 +423,7 @@ def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None
     wrong = np.argwhere(~(np.abs(table) <= LARGEST[kind]))
     if wrong.size:
         row, joint = map(int, wrong[0])
-        field, value = f"{kind}_{joint + 1}, row {row + 1}", float(table[row, joint])
+        field, value = f"{kind}_{joint + 1}, data row {row + 1}", float(table[row, joint])
         if not np.isfinite(value):
             raise InputError(
                 where, field, None, "must be a number: cut the record where it has gaps"

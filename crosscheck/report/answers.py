@@ -275,10 +275,11 @@ def _describe_printed_equations(agreement: Agreement) -> str | None:
     wrong = find_wrong_entries(agreement.entries)
     if wrong:
         first = wrong[0]
-        places = format_count(len(wrong), "place")
-        largest = "" if len(wrong) == 1 else "largest "
+        where, largest = (
+            ("1 entry", "") if len(wrong) == 1 else (f"{len(wrong)} entries", "largest ")
+        )
         worst = f"{largest}{first.name}, {format_percent(first.relative)}"
-        return f"The printed equations are wrong in {places} ({worst})"
+        return f"The printed equations are wrong in {where} ({worst})"
     findings = [f for f in agreement.findings if f.about.key.family in FORMS and f.left == form]
     if not findings:
         return None

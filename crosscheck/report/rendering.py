@@ -19,8 +19,11 @@ from crosscheck.report.formatting import (
 
 LEAST_SECTIONS = 3  # sections of a page with a list of contents
 _HEADING = re.compile(r'^<h2(?: id="([^"]*)")?>(.*)</h2>$', re.MULTILINE)
-# A minus and its operand, in text that is escaped.
-_MINUS = re.compile(r"(?<![^\s(\[,=*/^])- ?[\w.(]+")
+# A number and its unit, or a minus and its operand, in text that is escaped.
+_TOGETHER = re.compile(
+    r"-?\d[\d.,e-]*(?: ± [\d.e-]+)? (?:%|(?:(?:N|kg) m|[kmµn]?(?:m|s|g|N|J|Hz)|rad|deg)\b)"
+    r"|(?<![^\s(\[,=*/^])- ?[\w.(]+"
+)
 _BACK = '<a class="back" href="#contents" aria-label="back to the contents">\u2191</a>'
 
 
@@ -45,17 +48,17 @@ def load_templates(package: str = "crosscheck.report", lean: bool = False) -> En
         "length_text": format_length,
         "tally": describe_tally,
         "percent": format_percent,
-        "unsplit": keep_minus,
+        "unsplit": keep_together,
     }
     return made
 
 
-def keep_minus(text: str) -> Markup:
-    """The text, escaped, with no line's end between a minus and its operand.
+def keep_together(text: str) -> Markup:
+    """The text, escaped, with no line's end between a number and its unit, a minus and its operand.
 
     By style, since characters for that would be copied with a line of code.
     """
-    return Markup(_MINUS.sub(r'<span class="minus">\g<0></span>', str(escape(text))))
+    return Markup(_TOGETHER.sub(r'<span class="unsplit">\g<0></span>', str(escape(text))))
 
 
 def render_page(template: str, **given: object) -> str:

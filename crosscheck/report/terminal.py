@@ -13,7 +13,7 @@ from crosscheck.models.errors import make_printable
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
 from crosscheck.report.finding_groups import describe_by_reason, tolerance_share
-from crosscheck.report.formatting import describe_tally, format_count, format_unit
+from crosscheck.report.formatting import describe_tally, format_count, format_unit, join_words
 from crosscheck.report.matrix import collect_cells, fold_cells
 
 MOST = 40  # lines; a real change concerns everything at once, and the largest say enough
@@ -50,6 +50,11 @@ def print_report_summary(agreement: Agreement, mechanism: Mechanism) -> None:
         numbers = [row.number(quantity) for quantity in quantities]
         table.add_row(row.model, Text(row.verdict, COLOURS[row.verdict]), *numbers)
     Console().print(table)
+    printed = [
+        row.model for row in report_answers.rows if row.model in report_answers.outline.forms
+    ]
+    if printed:
+        print(f"Printed in the paper, so measured and not checked: {join_words(printed)}.")
     if report_answers.rigid:
         print(make_printable(report_answers.rigid))
     _print_disagreeing(agreement.disagreeing[:MOST_FAILED])

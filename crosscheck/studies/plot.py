@@ -106,13 +106,9 @@ def _panel_title(values: xr.DataArray) -> str:
 def _axis_label(values: xr.DataArray) -> str:
     """A name in words with its unit, which the names of many fields end with as well."""
     name, suffix = str(values.name), f"_{values.attrs.get('units', '').replace(' ', '_')}"
-    return _cut(f"{name.removesuffix(suffix).replace('_', ' ')} {_unit_label(values)}".rstrip())
-
-
-def _unit_label(values: xr.DataArray) -> str:
-    """The unit as people write it, all that an axis needs whose title is the quantity."""
     unit = format_unit(values.attrs.get("units", ""))
-    return _cut(f"[{unit}]") if unit else ""
+    label = name.removesuffix(suffix).replace("_", " ")
+    return _cut(f"{label} [{unit}]" if unit else label)
 
 
 def _cut(text: str) -> str:
@@ -131,7 +127,7 @@ def _draw_distribution(axes: Axes, values: xr.DataArray) -> None:
     """Draw a histogram, and the share of members that are below each value."""
     finite_values = values.values[np.isfinite(values.values)]
     axes.hist(finite_values, bins=min(max(10, math.isqrt(finite_values.size)), 100), color="0.75")
-    axes.set_xlabel(_unit_label(values))
+    axes.set_xlabel(_axis_label(values))
     axes.set_ylabel(f"members, of {values.size:,}")
     _note_undefined(axes, values)
     shares = axes.twinx()
@@ -155,7 +151,7 @@ def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
         _draw_state_share(axes, x, repeats)
     _mark(at, axes.set_xscale, axes.set_xticks)
     axes.set_xlabel(_axis_label(at))
-    axes.set_ylabel(_unit_label(values))
+    axes.set_ylabel(_axis_label(values))
     if not np.isfinite(repeats).any():
         axes.set_yticks([])
 
@@ -236,7 +232,7 @@ def _draw_map(axes: Axes, values: xr.DataArray, axis_dims: Sequence[str]) -> Non
     axes.set_facecolor("0.85")  # where every member is undefined
     _note_undefined(axes, part)
     bar = axes.figure.colorbar(colours, ax=axes)
-    bar.set_label(_unit_label(values))
+    bar.set_label(_axis_label(values))
 
 
 def _mark(at: xr.DataArray, scale: Callable[[str], Any], ticks: Callable[..., Any]) -> None:

@@ -184,11 +184,11 @@ SAID_OFTEN = {
         ROBOTS: r"`armature`: torque error.* N m, {}, `flange",
     },
     "tip by links": {
-        COST: "their largest values, and after 1 s of feed-forward link_6 is {} off",
+        COST: "their largest values, and after 1 s of feed-forward the end effector is {} off",
         ROBOTS: r"torques of `links`.*\| {}, 0",
     },
     "tip by armature": {
-        COST: "its largest value, and after 1 s of feed-forward link_6 is {} off",
+        COST: "its largest value, and after 1 s of feed-forward the end effector is {} off",
         ROBOTS: r"torques of `armature`.*\| {}, 9",
     },
 }

@@ -232,15 +232,22 @@ def test_bad_table_is_one_line(refuse, record, tmp_path, case, snapshot: Snapsho
 
 
 UNEVEN = {
-    "r.csv: time, row 4 = 0.01: is before row 3 (0.02); must rise": [0.0, 0.01, 0.02, 0.01, 0.03],
-    "r.csv: time, row 3 = 0.01: is that of row 2; must rise": [0.0, 0.01, 0.01, 0.02],
-    "r.csv: time, row 3 = 1732000000.623: is that of row 2; must rise": [
+    "r.csv: time, data row 4 = 0.01: is before row 3 (0.02); must rise": [
+        0.0,
+        0.01,
+        0.02,
+        0.01,
+        0.03,
+    ],
+    "r.csv: time, data row 3 = 0.01: is that of row 2; must rise": [0.0, 0.01, 0.01, 0.02],
+    "r.csv: time, data row 3 = 1732000000.623: is that of row 2; must rise": [
         *(1732000000.613, 1732000000.623, 1732000000.623)
     ],
-    "r.csv: time, row 3 = 1732000000.622: is before row 2 (1732000000.623); must rise": [
+    "r.csv: time, data row 3 = 1732000000.622: is before row 2 (1732000000.623); must rise": [
         *(1732000000.613, 1732000000.623, 1732000000.622)
     ],
-    "r.csv: time, row 5 = 3.03: is 3 s after the row before; cut the record where it has gaps": [
+    "r.csv: time, data row 5 = 3.03: is 3 s after the row before; cut the record"
+    " where it has gaps": [
         *(0.0, 0.01, 0.02, 0.03, 3.03),
         *(3.03 + 0.01 * np.arange(1, 40)),
     ],

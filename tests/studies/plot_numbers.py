@@ -11,6 +11,7 @@ from crosscheck.studies import plot
 
 ACROSS, DOWN, SAMPLES = np.geomspace(1e-6, 1e-4, 5), np.array([0.1, 0.3, 0.7]), 40
 UNIT, SIZE, MISSING = "m", "a size", "never settles"
+LABEL = f"size [{UNIT}]"
 
 
 def _values(dims: tuple[str, ...], values: np.ndarray) -> xr.DataArray:
@@ -64,7 +65,7 @@ def wrong_curves() -> Iterator[str]:
                 at = points[np.isclose(points[:, 0], x, rtol=1e-9)][:, 1]
                 if not np.allclose([at.min(), at.max()], [low, high]):
                     yield f"band of joint {joint + 1} at {x}"
-        if (axes.get_xlabel(), axes.get_ylabel()) != ("play [mm]", f"[{UNIT}]"):
+        if (axes.get_xlabel(), axes.get_ylabel()) != ("play [mm]", LABEL):
             yield f"labels {axes.get_xlabel()}, {axes.get_ylabel()}"
         if axes.get_title() != f"{SIZE}, joint {joint + 1}" or axes.get_xscale() != "log":
             yield f"title {axes.get_title()}, {axes.get_xscale()}"
@@ -93,7 +94,7 @@ def wrong_maps() -> Iterator[str]:
         if not all(low < at < high for low, at, high in zip(edges, right, edges[1:], strict=False)):
             yield f"places along axis {place}: {edges}"
     labels = axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()
-    if labels != ("play [mm]", "mass [kg]", f"[{UNIT}]"):
+    if labels != ("play [mm]", "mass [kg]", LABEL):
         yield f"labels of a map: {labels}"
     if (axes.get_xscale(), axes.get_yscale()) != ("log", "linear"):
         yield f"scales of a map: {axes.get_xscale()}, {axes.get_yscale()}"

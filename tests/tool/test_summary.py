@@ -16,7 +16,7 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report import html
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.rendering import keep_minus
+from crosscheck.report.rendering import keep_together
 from crosscheck.run import CrossCheck
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.term_words import describe_point_masses, describe_unfollowed
@@ -81,6 +81,17 @@ def test_a_number_in_a_wrong_part_may_be_the_error():
     assert "missing" in describe_unfollowed(UNFOLLOWED["two"], {"force"}, {"g"})
     assert "missing" not in describe_unfollowed(UNFOLLOWED["two"], {"force"}, {"g", "m_2"})
     assert describe_unfollowed(UNFOLLOWED["two"], {"bias"}).endswith("with your values.")
+
+
+def test_many_numbers_are_counted_and_all_of_the_file_are_said_to_be():
+    six = [ignored(f"m_{place}", 1.5, "force") for place in range(6)]
+    names = {each.name for each in six}
+    assert "the file's m_0 = 1.5, m_1 = 1.5" in describe_unfollowed(six, in_file=names | {"g"})
+    assert "m_4 = 1.5 and 1 more: are" in describe_unfollowed(six)
+    every = "Your force does not change with any of the file's numbers: are they"
+    assert describe_unfollowed(six, in_file=names).startswith(every)
+    partly = [*six[1:], replace(six[0], partly=True)]
+    assert "and 1 more" in describe_unfollowed(partly, in_file=names)
 
 
 def test_point_masses_are_named():
@@ -160,8 +171,8 @@ def test_the_derivation_works_a_links_mass_out_by_itself(name, labelled, monkeyp
     assert np.isfinite(model.mass_matrix(np.zeros(len(model.coordinates)))).all()
 
 
-def test_no_line_ends_between_a_minus_and_its_operand():
-    said = keep_minus("-m2 * (a - sin(q)) & c-d, --out -3")
-    wrapped = re.findall(r'<span class="minus">(.*?)</span>', said)
-    assert wrapped == ["-m2", "- sin(q", "-3"]
+def test_no_line_ends_within_a_number_with_its_unit_or_a_minus_with_its_operand():
+    said = keep_together("-m2 * (a - sin(q)) & c-d, --out -3; 1.3 ± 0.1 kg, 1e-3 m_p, 69 %, 2 more")
+    wrapped = re.findall(r'<span class="unsplit">(.*?)</span>', said)
+    assert wrapped == ["-m2", "- sin(q", "-3", "1.3 ± 0.1 kg", "69 %"]
     assert "&amp; c-d, --out" in said

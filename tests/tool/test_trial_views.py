@@ -2,13 +2,17 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from crosscheck.report.trials.output import render_trial_page
+from crosscheck.trial.source.source_edit import SourceAnswer, SourceSearch
 from tests.processes import command_line
 from tests.schemas import assert_follows
 from tests.tool.supplied import model_file
+from tests.trial.trial_views import kept_robot
 
 SCHEMAS = Path(__file__).parents[2] / "crosscheck" / "schema"
 SLIPPED = """
@@ -79,3 +83,10 @@ def test_wrong_entries_are_annotated(crosscheck, tmp_path, source_search):
     nothing = command_line(*words, python=(), cwd=SCHEMAS.parents[1])
     assert (nothing.returncode, nothing.stderr) == (0, "")
     assert re.fullmatch(r"::error file=.*mine.py::.*judged nothing.*\n", nothing.stdout)
+
+
+@pytest.mark.parametrize(("wrong", "rows"), [((), 1), (("M[j1, j2]",), 0)])
+def test_a_row_without_a_cause_points_to_the_change_that_mends_it(wrong, rows):
+    """One of two wrong entries has a cause of its own; wrong: those that the change leaves."""
+    trial = replace(kept_robot(), search=SourceSearch(SourceAnswer((), wrong=wrong)))
+    assert render_trial_page(trial).count("the change above") == rows

@@ -273,7 +273,7 @@ def _list_entries(agreement: Agreement) -> Iterator[Fact]:
         yield Fact(cells.size, "cells", (title,))
     if agreement.entries:
         yield Fact(agreement.entries[0].tolerance, "allowed of cells")
-    yield Fact(len(wrong), "places")
+    yield Fact(len(wrong), "wrong entries")
     for name, value in sorted(wrong.items(), key=lambda item: -item[1]):
         yield Fact(value, "wrong", (name,))
         yield Fact(value, "relative", (name,))
@@ -300,7 +300,7 @@ PHRASES = {
     "allowed {}": "tolerance",
     "uncertainty itself, {}": "tolerance",
     "to {} digits": "digits",
-    "in {} places?": "places",
+    "in {} entr": "wrong entries",
     "largest M\\[[^]]*\\], {}": "largest",
     "\\]: {}": "wrong",
     "all {} models": "models",

@@ -115,6 +115,7 @@ def _list_judgement(side: SideResult, judgement: FileJudgement) -> Iterator[Fact
             unit = each.estimate.term.unit
             yield Fact(parameter.value, "in the file", names, unit)
             yield Fact(each.estimate.value, "changed to", names, unit)
+            yield Fact(each.estimate.half_width, "within", names, unit, digits=0)
             yield from _list_estimate(each.estimate, (parameter.phrase, each.level))
         for estimate in each.friction:
             yield from _list_estimate(estimate)
@@ -134,7 +135,6 @@ def _list_estimate(each: TermEstimate, owners: tuple[str, ...] = ()) -> Iterator
 
 
 PHRASES = {
-    "[)] is {}": "changed to",
     "rad [(]file: {}": "friction in the file",
     "payload [(]file: {}": "in the file",
     "is {} times that": "most",
@@ -150,8 +150,9 @@ PHRASES = {
     "to {}(?: are fitted, with|,) a row every {}": "bandwidth_hz, rows_apart_s",
     "condition number {}": "condition_number",
     "from {} blocks": "blocks",
-    "fitted links {} at [^,]+, {} at": "times, times",
+    "fitted links: {} at [^,]+, {} at": "times, times",
     "{} ± {}": "estimate, ± (95 %)",
+    "[)] is {} ± {}": "changed to, within",
     "{} \\(depends on the band: {}": "estimate, estimate_in_twice_the_band",
     ": {} parameters, residual {}, {} predicted; rms {} at [^,]+, {} at": (
         "parameters, weighted_rms, weighted_rms_predicted, rms_N_m, rms_N_m"
@@ -165,7 +166,7 @@ HEADS |= {"from": "from_s", "to": "to_s", "stays within 3 u_val for": "stays_s"}
 HEADS |= {"|E| at most 2 u_val at": "within_2_u_val", "E at the end": "last_E"}
 HEADS |= {"u_val there": "last_u_val"}
 WORDING = {
-    r"At 1 a level|[(]?\d sigma[)]?|\d u_val|V 20|V&V 20|± \(95 %\)": "what an interval covers"
+    r"At 1|± is 95 %|[(]?\d sigma[)]?|\d u_val|V 20|V&V 20|± \(95 %\)": "what an interval covers"
 }
 
 

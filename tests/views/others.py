@@ -136,7 +136,7 @@ EFFECT = {
     "impulse {}": "impulse_N_s",
     "^{}(?<=kg)$": "size",
     ": {}$": "entries",
-    "size: {}": "size",
+    "right minus printed: {}": "size",
 }
 SWEEP = {
     "{} of {} members": "gone, members",

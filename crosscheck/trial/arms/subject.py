@@ -32,7 +32,12 @@ from crosscheck.trial.arms.questions import (
     make_experiment,
     skip_dependent_tasks,
 )
-from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
+from crosscheck.trial.changes.arms.arm_numbers import (
+    find_negligible_inertias,
+    get_number,
+    list_number_names,
+    replace_numbers,
+)
 from crosscheck.trial.changes.arms.causes import Diagnosis, build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
@@ -287,7 +292,9 @@ class ArmSubject(TrialSubject):
             for number in diagnosis.ignored_numbers
             if any(has_literal(self.problem.equations, e, number.value) for e in number.parts)
         }
-        note = describe_unfollowed(diagnosis.ignored_numbers, wrong_parts, written)
+        arm = self.problem.case.arm
+        in_file = {name for name in list_number_names(arm) if get_number(arm, name)}
+        note = describe_unfollowed(diagnosis.ignored_numbers, wrong_parts, written, in_file)
         lines = [line for lines in describe_entries(diagnosis.hidden) for line in lines]
         front = "Right on this arm. On others, whose numbers differ, this is wrong: "
         return [*[note] * bool(note), *(f"{front}{line}" for line in lines)]

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.report.formatting import join_words
+from crosscheck.report.formatting import join_words, list_first
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.letters import format_power, sort_powers
 from crosscheck.trial.changes.arms.polynomial import Monomial, as_polynomial
@@ -260,12 +260,14 @@ def describe_unfollowed(
     unfollowed: Sequence[IgnoredNumber],
     wrong_parts: Set[str] = frozenset(),
     written: Set[str] = frozenset(),
+    in_file: Set[str] = frozenset(),
 ) -> str:
     """One note on all numbers of the arm's file that the equations do not follow; or ''.
 
     Of a number that is 0 in the file and in the equations there is nothing to say. wrong_parts: of
     the equations, whose values may be the error; written: names of numbers whose values stand in
-    the user's file, so that they are not missing.
+    the user's file, so that they are not missing; in_file: names of all that are not 0 in the
+    arm's.
     """
     literal = [each for each in unfollowed if each.value and not each.goes_with]
     tied = [each for each in unfollowed if each.goes_with]
@@ -273,15 +275,15 @@ def describe_unfollowed(
     if literal:
         parts = list(dict.fromkeys(part for each in literal for part in each.parts))
         verb = "does" if len(parts) == 1 else "do"
-        listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
+        names = {each.name for each in literal}
+        listed_numbers = list_first([f"{each.name} = {each.value:.6g}" for each in literal])
+        follows_none = names == in_file and not any(each.partly for each in literal)
+        what = "any of the file's numbers" if follows_none else f"the file's {listed_numbers}"
         is_wrong = not wrong_parts.isdisjoint(parts)
-        is_missing = is_wrong and not {each.name for each in literal} <= written
+        is_missing = is_wrong and not names <= written
         it, missing = "is it" if len(literal) == 1 else "are they", "missing or " * is_missing
         which = join_words(["M" if part == "mass_matrix" else part for part in parts])
-        sentences.append(
-            f"Your {which} {verb} not change with the file's {listed_numbers}:"
-            f" {it} {missing}hard-coded?"
-        )
+        sentences.append(f"Your {which} {verb} not change with {what}: {it} {missing}hard-coded?")
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
