@@ -189,7 +189,9 @@ def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> T
         return
     leaves = (text for text, kind in site.scope.list_leaves(written=written) if site.can_be(kind))
     for text in dict.fromkeys([*leaves, *(site.list_products(is_product) if written else ())]):
-        yield from (f"{write_operand(site.node)} {sign} {text}" for sign in OPPOSITE)
+        for sign in OPPOSITE:
+            if (sign, text) != ("-", site.text):
+                yield f"{write_operand(site.node)} {sign} {text}"
 
 
 def list_like_summands(site: Site, *, inner: bool) -> Texts:

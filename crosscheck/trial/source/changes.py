@@ -540,19 +540,20 @@ def list_neighbours(site: Site) -> Texts:
 
 
 def list_distributions(site: Site) -> Texts:
-    """A factor of each summand in place of one for a whole sum."""
+    """A factor of each summand in place of one for a whole sum.
+
+    So both levers are not turned by the same matrix.
+    """
     node = site.node
     if not is_product(node):
         return
     by = get_sign(node.op)
     for whole, factor in ((node.left, node.right), (node.right, node.left)):
-        if not is_sum(whole) or not site.tree.is_leaf(factor):
+        if not is_sum(whole):
             continue
-        text, place = ast.unparse(factor), Site(site.tree, factor)
-        for other, kind in site.scope.list_leaves():
-            for pair in (
-                ((text, other), (other, text)) if place.can_be(kind) and other != text else ()
-            ):
+        text = write_operand(factor)
+        for other in _list_like_factors(Site(site.tree, factor)):
+            for pair in ((text, other), (other, text)):
                 left, right = (
                     f"{write_operand(a)} {by} {b}"
                     if whole is node.left
@@ -560,6 +561,22 @@ def list_distributions(site: Site) -> Texts:
                     for a, b in zip((whole.left, whole.right), pair, strict=True)
                 )
                 yield f"{left} {get_sign(whole.op)} {right}"
+
+
+def _list_like_factors(site: Site) -> Texts:
+    """Names that may stand for a factor, or the factor with another call of its function in it."""
+    if site.is_leaf:
+        for other, kind in site.scope.list_leaves():
+            if site.can_be(kind) and other != site.text:
+                yield other
+    calls = [each for each in ast.walk(site.node) if isinstance(each, ast.Call)]
+    written = [each for each in site.scope.nodes if isinstance(each, ast.Call)] if calls else []
+    for call in calls:
+        function, text = ast.unparse(call.func), ast.unparse(call)
+        likes = (ast.unparse(each) for each in written if ast.unparse(each.func) == function)
+        for like in dict.fromkeys(likes):
+            if like != text:
+                yield f"({write_exchanged(site, [(call, like)])})"
 
 
 def list_operators(site: Site) -> Texts:

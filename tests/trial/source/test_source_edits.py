@@ -66,6 +66,7 @@ def make():
         speed = lever + turn(rate) @ lever
         pairs, turns, kept = [[R, lever - rate], [R.T, rate]], [R, R.T, R @ R], 2
         for i in range(2):
+            speed = speed + R @ turn(rate) @ lever + R @ turn(speed) @ rate
             speed = pairs[i][0] @ speed + turn(rate) @ (speed - pairs[i][1])
         return turns[kept] @ turn(speed) @ rate
 
