@@ -199,6 +199,14 @@ CASES: dict[str, Callable[[], Trial]] = {
     "weights of the other sign in accelerations alone": lambda: by_hand(
         "relative", RELATIVE["weights of the other sign"], accelerate
     ),
+    "half of the bias, and accelerations by torques alone": lambda: by_hand(
+        "relative",
+        RELATIVE["half of the bias"],
+        lambda own: replace(
+            own,
+            acceleration=lambda q, torque: np.linalg.solve(own.mass_matrix(q), torque),
+        ),
+    ),
     "gravity, no weight of link 2 at its joint": lambda: trial_of(SecondForgotten, UNLIKE),
     "gravity with the opposite sign": lambda: trial_of(Lifted, UNLIKE),
     "gravity, and weights in the force as well": lambda: trial_of(WeightTwice, UNLIKE),
