@@ -282,8 +282,8 @@ class ArmSubject(TrialSubject):
         errors = {part: each for part, each in here.relative_errors.items() if part not in made}
         given = self.results.get(self.problem.ask_equations("acceleration"))
         right = self.problem.find_right(level, "acceleration")
-        is_asked = self.problem.equations.acceleration is not None
-        if is_asked and given is not None and right is not None:
+        has_acceleration = self.problem.equations.acceleration is not None
+        if has_acceleration and given is not None and right is not None:
             errors["acceleration"] = deviations(given, right, here.sizes.acceleration)
         return errors, {quantity: here.sizes.tolerance(quantity) for quantity in errors}
 
