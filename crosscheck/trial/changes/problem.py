@@ -140,8 +140,8 @@ class ChangeProblem:
         """The parts whose differences are what those of M, bias and gravity make."""
         row, parts = 0 * self.states.q, DynamicsTerms._fields
         zeros = DynamicsTerms(row[:, :, None] * row[:, None], row, row)
-        known = {part: self.differences[part] for part in parts if part in self.differences}
-        made = self.lay_out(zeros._replace(**known))
+        differences = {part: self.differences[part] for part in parts if part in self.differences}
+        made = self.lay_out(zeros._replace(**differences))
         others = [part for part in self.parts if part not in parts]
         return [part for part in others if self.can_explain(made, self.select_part(part))]
 

@@ -106,11 +106,11 @@ def diagnose(
         difference = _compute_difference(problem, level, "force")
         by_friction = describe_friction(problem, level, "force", difference)
         pieces["force"] = [words for words, _ in by_friction]
-    for part, words in causes.items():
-        words[:0] = pieces.get(part, [])
-        if len(wrong) > 1 and not (words or is_explained):
-            words += describe_entry_notes([each for each in entries if each.part == part])
-            words += [f"{part}: {LONE}"] * (not words and part not in SINGLE)
+    for part, sentences in causes.items():
+        sentences[:0] = pieces.get(part, [])
+        if len(wrong) > 1 and not (sentences or is_explained):
+            sentences += describe_entry_notes([each for each in entries if each.part == part])
+            sentences += [f"{part}: {LONE}"] * (not sentences and part not in SINGLE)
     notes += interleave(causes.values())
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(name_causes(explanations))

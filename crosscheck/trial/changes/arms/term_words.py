@@ -81,14 +81,15 @@ def format_coefficient(products: EntryTerms) -> str:
     least = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
     shared = {name: power for name, power in least.items() if power > 0}
     numbers = [product.monomial.number for product in products]
-    front = min(map(abs, numbers))
-    front = front if all(number % front == 0 for number in numbers) else 1
-    front = -front if all(number < 0 for number in numbers) else front
+    whole = [Fraction(number) for number in numbers if not isinstance(number, float)]
+    unit = min(map(abs, whole)) if len(whole) == len(numbers) else Fraction(1)
+    unit = Fraction(1) if any(number % unit for number in whole) else unit
+    front = -unit if all(number < 0 for number in numbers) else unit
     rests = []
     for number, monomial_powers in (product.monomial for product in products[:MOST_TERMS]):
         rest = ((name, power - shared.get(name, 0)) for name, power in monomial_powers)
         powers_left = tuple((name, power) for name, power in rest if power)
-        rests.append(Monomial(Fraction(number) / Fraction(front), powers_left))
+        rests.append(Monomial(number / front, powers_left))
     inside = _cut(join_terms(map(format_monomial, rests)), products)
     common = format_monomial(Monomial(front, tuple(shared.items()))) if shared or front != 1 else ""
     return f"{'-' if common == '-1' else common} ({inside})".strip()
