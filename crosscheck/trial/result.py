@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
 MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
-COMPOSED = ("inverse_dynamics", "acceleration")  # parts that follow from others
 # Verdicts that no wrong entry accounts for.
 UNACCOUNTED = ("failed", "unfinished", "unresolved")
 
@@ -181,12 +180,16 @@ class Trial:
         if readings := self.diagnosis.readings:
             words = f"is right in {' or in '.join(readings)}, and not in {', '.join(problem.names)}"
             return TrialVerdict(words, is_predicate=True)
+        lost = [describe_lost(*each) for each in self.failures.items()][:1]
         if not self.relative_errors:
-            return TrialVerdict("no part answered")
+            return TrialVerdict("; ".join([*lost, "no part answered"]))
         compared, agreeing = problem.describe_level(self.diagnosis.level, self.distances)
         if wrong or self.exit_code:
-            fault = describe_wrong(wrong) if wrong else "not all checks agree"
-            return TrialVerdict(f"{fault}; compared with {compared}")
+            disagreeing = self.agreement.disagreeing
+            is_rest_right = lost and all(each.verdict in UNACCOUNTED for each in disagreeing)
+            others = "the rest agrees" if is_rest_right else "not all checks agree"
+            faults = [*lost, describe_wrong(wrong) if wrong else others]
+            return TrialVerdict(f"{'; '.join(faults)}; compared with {compared}")
         return TrialVerdict(f"agrees with {agreeing}", is_predicate=True)
 
     @property
@@ -248,9 +251,10 @@ class Trial:
         """The lines of the terminal: what is wrong, the change that corrects it, evidence."""
         yield self.headline
         yield from self.search.sentences
-        yield from self.causes[:MOST_CAUSES]
-        if len(self.causes) > MOST_CAUSES:
-            yield f"and {len(self.causes) - MOST_CAUSES} more"
+        more = len(self.causes) - MOST_CAUSES
+        yield from self.causes[: MOST_CAUSES if more > 1 else None]
+        if more > 1:  # a line for one would take the place of that one
+            yield f"and {more} more"
         yield from self.failing_checks
         yield from (f"note: {note}" for note in self.notes)
         yield from self.scope
@@ -329,8 +333,22 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
 
 
 def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
-    """Those of wrong entries that are counted: not what others make together, beside these."""
-    return [each for each in wrong if each.part not in COMPOSED] or wrong
+    """Those of wrong entries that are counted: not what others make together, beside these.
+
+    Two of M that mirror each other, and are wrong alike, are one.
+    """
+    counted = dict[object, EntryMismatch]()
+    for each in (each for each in wrong if not each.is_consequence):
+        at = each.place
+        pair = frozenset((at.row, at.column))
+        counted.setdefault((at.part, at.rates, pair, f"{each.share:.6g}"), each)
+    return list(counted.values())
+
+
+def describe_lost(part: str, why: Failure) -> str:
+    """That a part did not answer, and why, without the state."""
+    words = str(why).split(f" ({part} at ")[0]
+    return f"{part} raised {words}" if why.trace else f"{part} did not answer: {words}"
 
 
 def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:

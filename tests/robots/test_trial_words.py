@@ -67,12 +67,17 @@ def trial(found: TrialDiagnosis, checks: Sequence[findings.Finding] = (), **chan
 FINE = TrialDiagnosis("links")
 LOST = Failure("ValueError", "of its own", "line 1\nline 2")
 AGREES = finding("bias", 0.0, "analytic")
+FAILED = findings.make_failed_check(finding("gravity", 0.0).about, "it raised")
 OTHER = finding("bias", 0.3, "exudyn")
 EQUAL = DISTANCES[2], replace(DISTANCES[2], level="coupled"), DISTANCES[0]
 CASES = {
     "right": trial(FINE, [AGREES]),
     "right at several levels": trial(FINE, [AGREES], distances=EQUAL),
     "by engines that differ": trial(FINE, [AGREES, OTHER]),
+    "where a part raised": trial(FINE, [AGREES, FAILED], failures={"gravity": LOST}),
+    "where a part raised, and others are wrong": trial(
+        TrialDiagnosis("armature", NAMED), failures={"gravity": LOST}
+    ),
     "without an answer": trial(FINE, relative_errors={}, failures={"bias": LOST}),
 }
 

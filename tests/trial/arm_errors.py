@@ -70,6 +70,9 @@ RELATIVE: dict[str, Pieces] = {
     "no weight of the payload at the elbow": (
         ("f[1] = T[1] - k2*v[1] - g*(m2*d2 + mp*L2)", "f[1] = T[1] - k2*v[1] - g*m2*d2"),
     ),
+    "a length for a power of another": (
+        ("mp*(L2**2 + L1*L2*c2)\nM[1, 0]", "mp*(L1*L2 + L1*L2*c2)\nM[1, 0]"),
+    ),
     "an inertia missing in the first row": (
         ("M[0, 0] = I1 + m1*d1**2 + I2", "M[0, 0] = I1 + m1*d1**2"),
         ("M[0, 1] = I2 +", "M[0, 1] ="),
@@ -198,6 +201,24 @@ CASES: dict[str, Callable[[], Trial]] = {
     "angles of suns": lambda: trial_of(in_angles_of_suns, load_arm("paper-labelled")),
     "weights of the other sign in accelerations alone": lambda: by_hand(
         "relative", RELATIVE["weights of the other sign"], accelerate
+    ),
+    "friction in accelerations, and no force": lambda: by_hand(
+        "relative",
+        (),
+        lambda own: Equations(
+            own.mass_matrix,
+            own.bias,
+            gravity=lambda q: -np.array(own.force(q, 0 * q, 0 * q)),
+            acceleration=accelerate(own).acceleration,
+        ),
+    ),
+    "half of the bias, and accelerations by torques alone": lambda: by_hand(
+        "relative",
+        RELATIVE["half of the bias"],
+        lambda own: replace(
+            own,
+            acceleration=lambda q, torque: np.linalg.solve(own.mass_matrix(q), torque),
+        ),
     ),
     "gravity, no weight of link 2 at its joint": lambda: trial_of(SecondForgotten, UNLIKE),
     "gravity with the opposite sign": lambda: trial_of(Lifted, UNLIKE),

@@ -278,6 +278,12 @@ PENDULUM: dict[str, Equations] = {
         "acceleration beside right parts": {
             "acceleration": lambda q, v, torque: two_link.acceleration(q, v, torque) + 1e3
         },
+        "no weights in the acceleration, beside a wrong entry of M": {
+            "mass_matrix": mass_less(np.diag([0, 1e-3])),
+            "acceleration": lambda q, v, torque: two_link.acceleration(
+                q, v, torque + two_link.gravity(q)
+            ),
+        },
         "weights in the force of one joint alone": {
             "force": lambda q, torque: torque - two_link.gravity(q) * [1, 0]
         },

@@ -214,6 +214,17 @@ def test_explained_errors_come_first_then_notes_then_all_others():
     assert describe_entries(entries) == (["c: known", "b: a note"], ["a: unknown"])
 
 
+def test_each_part_has_a_line_before_a_second_one_of_another_and_signs_are_told_apart():
+    extra = [Explanation((TermError("extra", Term(n)),), 0.0) for n in ("-I2", "I2", "m1", "g")]
+    places = EntryPlace("bias", 0), EntryPlace("bias", 1), EntryPlace("bias", 2)
+    entries = [
+        EntryMismatch(place, 1.0, why, name=name, guess="wrong")
+        for name, place, why in zip("abcd", (*places, EntryPlace("force", 0)), extra, strict=True)
+    ]
+    lines, _ = describe_entries(entries)
+    assert lines == ["a: wrong; of the other sign in b", "d: wrong", "c: wrong"]
+
+
 def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
     monkeypatch, snapshot: SnapshotAssertion
 ):

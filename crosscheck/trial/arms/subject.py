@@ -61,10 +61,13 @@ from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import has_literal
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.judge.checks import WHOLE, AnswerSet
+from crosscheck.trial.judge.checks import SECOND_LAW, WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
+    LONE,
+    EntryMismatch,
     LevelDistance,
     deviations,
+    find_wrong_entries,
     measure_distance,
     sort_distances,
 )
@@ -197,9 +200,13 @@ class ArmSubject(TrialSubject):
         names = problem.names
         causes = [*changes.words, *(f"right in {each.described}" for each in readings)]
         entries = [name_entry(each, names, causes) for each in diagnosis.wrong_entries]
-        wrong = tuple(each for each in entries if not each.shown_on)
+        if no_force := _describe_default_force(problem):
+            entries = [replace(e, notes=(no_force,)) if e.part == "force" else e for e in entries]
+        lone = () if readings else self._find_lone_accelerations(level)
+        accelerations = [name_entry(each, names, ()) for each in lone]
+        wrong = (*(each for each in entries if not each.shown_on), *accelerations)
         numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
-        notes, unexplained = ([], []) if is_explained else describe_entries(wrong)
+        notes, unexplained = describe_entries(accelerations if is_explained else wrong)
         return TrialDiagnosis(
             level,
             wrong,
@@ -212,6 +219,17 @@ class ArmSubject(TrialSubject):
             ignored_numbers=numbers,
             left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
         )
+
+    def _find_lone_accelerations(self, level: str) -> Iterator[EntryMismatch]:
+        """The wrong accelerations, unless they are what the other parts make."""
+        answers = suite.collect_answers(self.problem, self.results)
+        right = self.problem.find_right(level, "acceleration")
+        if right is not None and any(
+            e.check == SECOND_LAW and e.places for e in answers.identities
+        ):
+            given, sizes = answers.values["acceleration"], self.problem.compute_sizes(level)
+            for wrong in find_wrong_entries("acceleration", given, right, sizes):
+                yield replace(wrong, notes=(LONE,))
 
     @property
     def _is_searched_by_numbers(self) -> bool:
@@ -267,6 +285,11 @@ class ArmSubject(TrialSubject):
         here = self._compare(level)
         made = {"force"} - {*list_given_parts(self.problem)}  # of gravity and torques
         errors = {part: each for part, each in here.relative_errors.items() if part not in made}
+        given = self.results.get(self.problem.ask_equations("acceleration"))
+        right = self.problem.find_right(level, "acceleration")
+        has_acceleration = self.problem.equations.acceleration is not None
+        if has_acceleration and given is not None and right is not None:
+            errors["acceleration"] = deviations(given, right, here.sizes.acceleration)
         return errors, {quantity: here.sizes.tolerance(quantity) for quantity in errors}
 
     def list_remarks(self) -> Iterator[str]:
@@ -298,6 +321,18 @@ class ArmSubject(TrialSubject):
         lines = [line for lines in describe_entries(diagnosis.hidden) for line in lines]
         front = "Right on this arm. On others, whose numbers differ, this is wrong: "
         return [*[note] * bool(note), *(f"{front}{line}" for line in lines)]
+
+
+def _describe_default_force(problem: VerificationProblem) -> str:
+    """What is lacking in a force that is not given, of an arm with friction; else ''."""
+    friction = [each.friction_N_m_s_per_rad for each in problem.case.arm.joints]
+    if "force" in list_given_parts(problem) or not any(friction):
+        return ""
+    listed = ", ".join(f"{each:g}" for each in friction)
+    return (
+        "no force is given, so it is the motors' torques;"
+        f" this arm's joints have friction ({listed} N m s/rad)"
+    )
 
 
 def list_tasks(

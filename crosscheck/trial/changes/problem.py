@@ -136,6 +136,15 @@ class ChangeProblem:
         left = np.abs(self.difference[places] - change[places])
         return bool((left <= self.allowed[places]).all())
 
+    def list_consequences(self) -> list[str]:
+        """The parts whose differences are what those of M, bias and gravity make."""
+        row, parts = 0 * self.states.q, DynamicsTerms._fields
+        zeros = DynamicsTerms(row[:, :, None] * row[:, None], row, row)
+        differences = {part: self.differences[part] for part in parts if part in self.differences}
+        made = self.lay_out(zeros._replace(**differences))
+        others = [part for part in self.parts if part not in parts]
+        return [part for part in others if self.can_explain(made, self.select_part(part))]
+
     def select_part(self, part: str) -> np.ndarray:
         """Mask of the places of a row in a part."""
         mask = np.zeros(self.difference.size, bool)

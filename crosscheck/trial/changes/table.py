@@ -75,10 +75,10 @@ class ChangeTable:
         base, (q, v) = self.compute_base(level), (each[states] for each in self.states[:2])
         changes = [np.zeros((len(robots), *term[states].shape)) for term in base]
         for number, robot in enumerate(robots):
-            for change, term, own in zip(
+            for change, term, right in zip(
                 changes, AnalyticRobot(robot, level).terms(q, v), base, strict=True
             ):
-                change[number] = term - own[states]
+                change[number] = term - right[states]
         return DynamicsTerms(*changes)
 
     def select_numbers(self, level: Level) -> list[RobotNumber]:

@@ -34,6 +34,7 @@ MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, j
 CHRISTOFFEL = "bias-from-inertia", "bias"
 GRADIENT = "gravity-is-a-gradient", "gravity"
 INVERSE = "inverse-dynamics", "inverse_dynamics"
+SECOND_LAW = "second-law"
 CHANGES = "{} changes from one call to the next with the same arguments"
 MOTIONLESS = "some motion would have zero or negative kinetic energy"
 
@@ -139,7 +140,7 @@ def make_second_law(
 ) -> Identity:
     """M a + bias + gravity = force, with the acceleration that stands beside them."""
     left = np.einsum("sij,sj->si", values["mass_matrix"], values["acceleration"])
-    return Identity("second-law", "force", size, left + values["bias"] + gravity, force)
+    return Identity(SECOND_LAW, "force", size, left + values["bias"] + gravity, force)
 
 
 def judge_answers(answers: AnswerSet) -> Iterator[SelfCheck]:

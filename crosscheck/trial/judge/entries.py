@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Any, Literal
 
 import numpy as np
@@ -26,6 +27,7 @@ ROUNDINGS = 1000  # roundings of a few hundred operations, times how badly condi
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
+LONE = "not what your other parts make"
 SHOWN = 8  # places of a list that are shown; the report has them all
 
 
@@ -276,7 +278,8 @@ class EntryMismatch:
 
     difference: yours minus right in numbers, of an entry that nothing explains. shown_on: name of
     the arm that shows it, where the user's cannot. notes: sentences on what the entry is beside the
-    right one. name: of the entry in its coordinates; guess: at the error, in words.
+    right one. name: of the entry in its coordinates; guess: at the error, in words;
+    is_consequence: whether other parts that are wrong make it.
     """
 
     place: EntryPlace
@@ -287,6 +290,7 @@ class EntryMismatch:
     notes: tuple[str, ...] = ()
     name: str = ""
     guess: str = ""
+    is_consequence: bool = False
 
     @property
     def part(self) -> str:
@@ -360,6 +364,11 @@ def describe_entry_notes(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
     """A line for each note on wrong entries, and all entries that it is on."""
     for note in dict.fromkeys(note for each in wrong for note in each.notes):
         yield f"{', '.join(each.name for each in wrong if note in each.notes)}: {note}"
+
+
+def interleave(groups: Iterable[Sequence[str]]) -> list[str]:
+    """The first sentence of each group, then the second, and so on."""
+    return [words for each in zip_longest(*groups) for words in each if words]
 
 
 def deviations(values: np.ndarray, expected: np.ndarray, size: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import join_words, list_first
+from crosscheck.trial.changes.kane import FACTORS
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.search import (
     CauseSearch,
@@ -21,15 +22,17 @@ from crosscheck.trial.changes.search import (
 )
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.judge.entries import (
+    LONE,
     PART_TITLES,
     EntryMismatch,
     EntryPlace,
     LevelDistance,
     describe_entry_notes,
     format_rates,
+    interleave,
     list_entries,
 )
-from crosscheck.trial.result import TrialDiagnosis
+from crosscheck.trial.result import TrialDiagnosis, select_counted
 from crosscheck.trial.robots.consistency import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.forms import (
     describe_accelerations,
@@ -45,6 +48,7 @@ from crosscheck.trial.robots.readings import find_readings, is_nearer_absolute
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "the right value is 0"
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
+USUAL = (MISSING, *map(format_factor, FACTORS))  # factors that need no other cause
 NO_CAUSE = "no single number, frame or place explains it"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
@@ -83,7 +87,7 @@ def diagnose(
         digits = int(-np.log10(largest)) + 1
         notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
     search, is_explained = searches[level], bool(explanations)
-    pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
+    pieces, causes = dict[str, list[str]](), {part: list[str]() for part in wrong}
     if not is_explained:
         pieces = _describe_lone_product(problem, level, entries, rates) or {
             part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE
@@ -91,17 +95,23 @@ def diagnose(
         for part in (each for each in wrong if not pieces.get(each)):
             alone = len(wrong) == 1
             causes[part] = list(_describe_causes_within(search, part, entries, alone))
-    notes += [words for each in pieces.values() for words in each]
     has_cause = is_explained or pieces.get("bias") or causes.get("bias")
     if "bias" in wrong and not has_cause and (terms := rates()) is not None:
-        notes += _bias_notes(problem, level, terms)
-        notes += describe_pieces(search, "bias", are_usual=False)
+        pieces["bias"] = list(_bias_notes(problem, level, terms))
+        if not pieces["bias"] or not all(words.endswith(USUAL) for words in pieces["bias"]):
+            pieces["bias"] += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
-        notes += _describe_accelerations(problem, search, entries)
+        pieces["acceleration"] = list(_describe_accelerations(problem, search, entries))
     if "force" in wrong:
         difference = _compute_difference(problem, level, "force")
-        notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
-    notes += [words for each in causes.values() for words in each]
+        by_friction = describe_friction(problem, level, "force", difference)
+        pieces["force"] = [words for words, _ in by_friction]
+    for part, sentences in causes.items():
+        sentences[:0] = pieces.get(part, [])
+        if len(wrong) > 1 and not (sentences or is_explained):
+            sentences += describe_entry_notes([each for each in entries if each.part == part])
+            sentences += [f"{part}: {LONE}"] * (not sentences and part not in SINGLE)
+    notes += interleave(causes.values())
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(name_causes(explanations))
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
@@ -202,9 +212,8 @@ def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
 
 
 def _wrong_parts(entries: Sequence[EntryMismatch]) -> list[str]:
-    """The parts that are wrong, without those that M, bias and gravity make, if these are wrong."""
-    parts = list(dict.fromkeys(entry.part for entry in entries))
-    return [part for part in parts if part in SINGLE] or parts
+    """The wrong parts, without those that others of them make."""
+    return list(dict.fromkeys(entry.part for entry in select_counted(entries)))
 
 
 def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> EntryMismatch:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -234,6 +234,9 @@ class RobotProblem:
             for part, errors in self.relative_errors(level).items()
             for entry in self._find_wrong_entries(part, errors, self.sizes[level].tolerance(part))
         ]
+        if not {entry.part for entry in wrong_entries}.isdisjoint(SINGLE):
+            made = self.compare(level).list_consequences()
+            wrong_entries = [replace(e, is_consequence=e.part in made) for e in wrong_entries]
         return sorted(wrong_entries, key=lambda entry: -entry.share)
 
     def _find_wrong_entries(

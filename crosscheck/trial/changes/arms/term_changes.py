@@ -214,7 +214,7 @@ class Target:
             for other, right, ratio, exponents in self._generate_swaps(name, mask):
                 if ratio.all() or (exponents >= 0).all():  # else it divides by 0
                     made, cost = multiply(ratio, exponents), 1.0 + other.cost
-                    yield TermChange("swapped", (), made, cost, other.text, right), mask
+                    yield TermChange("swapped", (), made, cost, other.text, right), exponents != 0
             # Before a bracket.
             yield TermChange("factor", (), multiply(self.values[name]), 1.45, name), every
         for key in self.keys:
@@ -245,14 +245,14 @@ class Target:
         # Of one power throughout, a multiple of the letter is but a factor of the terms.
         for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
             yield other, name, other.value / value, powers
-        if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
+        named = [each for each in alternatives if each.text in self.values]
+        for power in (each for each in sizes if abs(each) >= 2):
             step = int(np.sign(power))
-            named = [each for each in alternatives if each.text in self.values]
             fewer, right = (format_power(name, each) for each in (power - step, power))
             for other in (Alternative("", np.ones_like(value), 0.1), *named):
                 text, cost = f"{other.text} {fewer}".strip(), other.cost + 0.15
                 ratio = other.value / value
-                yield Alternative(text, other.value, cost), right, ratio, step * (powers != 0)
+                yield Alternative(text, other.value, cost), right, ratio, step * (powers == power)
 
 
 def _find_geared_joints(product: Product) -> Iterator[int]:

@@ -23,6 +23,7 @@ from crosscheck.trial.judge.entries import (
     TermError,
     describe_entry_notes,
     format_entry,
+    interleave,
 )
 
 MOST_EQUAL = 1  # explanations named beside the first that fit as well
@@ -79,14 +80,18 @@ def format_coefficient(products: EntryTerms) -> str:
     powers = [dict(product.monomial.powers) for product in products]
     least = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
     shared = {name: power for name, power in least.items() if power > 0}
+    numbers = [product.monomial.number for product in products]
+    whole = [Fraction(number) for number in numbers if not isinstance(number, float)]
+    unit = min(map(abs, whole)) if len(whole) == len(numbers) else Fraction(1)
+    unit = Fraction(1) if any(number % unit for number in whole) else unit
+    front = -unit if all(number < 0 for number in numbers) else unit
     rests = []
     for number, monomial_powers in (product.monomial for product in products[:MOST_TERMS]):
         rest = ((name, power - shared.get(name, 0)) for name, power in monomial_powers)
-        rests.append(Monomial(number, tuple((name, power) for name, power in rest if power)))
-    front = -1 if all(rest.number < 0 for rest in rests) else 1
-    rests = [rest._replace(number=front * rest.number) for rest in rests]
+        powers_left = tuple((name, power) for name, power in rest if power)
+        rests.append(Monomial(number / front, powers_left))
     inside = _cut(join_terms(map(format_monomial, rests)), products)
-    common = format_monomial(Monomial(front, tuple(shared.items()))) if shared or front < 0 else ""
+    common = format_monomial(Monomial(front, tuple(shared.items()))) if shared or front != 1 else ""
     return f"{'-' if common == '-1' else common} ({inside})".strip()
 
 
@@ -215,9 +220,17 @@ def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]
     """The wrong entries, grouped by the errors that explain them, in order of first entries."""
     groups: defaultdict[object, list[EntryMismatch]] = defaultdict(list)
     for number, each in enumerate(wrong):
-        errors = each.explanation.errors if each.explanation else ()
-        groups[tuple(map(error_signature, errors)) or number].append(each)
+        errors, signs = each.explanation.errors if each.explanation else (), _list_signs(each)
+        alike = [sign == signs[0] for sign in signs]
+        groups[(*map(error_signature, errors), *alike) or number].append(each)
     return list(groups.values())
+
+
+def _list_signs(wrong: EntryMismatch) -> list[bool]:
+    """Whether each term of an entry that is missing or too much is a negative one."""
+    errors = wrong.explanation.errors if wrong.explanation else ()
+    signed = [each.term.coefficient for each in errors if each.kind in ("dropped", "extra")]
+    return [each.startswith("-") for each in signed]
 
 
 def error_signature(error: TermError) -> object:
@@ -240,12 +253,15 @@ def name_entry(wrong: EntryMismatch, names: Sequence[str], causes: Sequence[str]
 
 def describe_entries(wrong: Sequence[EntryMismatch]) -> tuple[list[str], list[str]]:
     """Errors, one line each, however many entries they appear in: those explained; the others."""
-    explained, unexplained = list[str](), list[str]()
+    explained, unexplained = defaultdict[str, list[str]](list), list[str]()
     for first, *others in group_by_errors([each for each in wrong if not each.notes]):
-        also = f"; also in {', '.join(each.name for each in others)}" if others else ""
-        lines = explained if first.explanation else unexplained
+        unlike = [each for each in others if _list_signs(each) != _list_signs(first)]
+        alike = ", ".join(each.name for each in others if each not in unlike)
+        also = f"; also in {alike}" * bool(alike)
+        also += f"; of the other sign in {', '.join(each.name for each in unlike)}" * bool(unlike)
+        lines = explained[first.part] if first.explanation else unexplained
         lines.append(f"{first.name}: {first.cause}{also}")
-    return [*explained, *describe_entry_notes(wrong)], unexplained
+    return [*interleave(explained.values()), *describe_entry_notes(wrong)], unexplained
 
 
 def describe_point_masses(points: Sequence[str]) -> str:
