@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
+from crosscheck.models.exudyn.tree.wheels import StagePlaces
 from crosscheck.models.numba_cache import njit
 
 NO_SUN = -1  # number in place of a sun's coordinate
@@ -146,55 +147,41 @@ def elastic_forces(
     return forces
 
 
-class StageCoordinates(NamedTuple):
-    """Places of one joint's bodies among the tree coordinates.
-
-    driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
-    """
-
-    link: int
-    driven: int
-    planets: tuple[int, ...]
-
-    @property
-    def end(self) -> int:
-        """The place after its last body."""
-        return max((self.driven, *self.planets)) + 1
-
-
 class GearStage(NamedTuple):
-    """A geared joint, counted from 0, its bodies and its mesh laws; sun, ring: of every planet."""
+    """A stage's bodies and its mesh laws; sun, ring: of every planet."""
 
-    joint: int
-    bodies: StageCoordinates
+    bodies: StagePlaces
     sun: tuple[MeshLaw, ...]
     ring: tuple[MeshLaw, ...]
 
 
 class Gearing(NamedTuple):
-    """All gear stages of an arm as flat arrays.
+    """All gear stages of a tree as flat arrays.
 
     laws (2 planets, longest law): MeshLaw.array, zeros behind it, of each planet with sun and ring
     in turn, one stage's planets after another's; places (stages, 4): tree coordinates of link, sun
     and first planet, and the one after the last planet; conservative: whether the springs'
-    potential acts on links.
+    potential acts on links; whole: whether angles of suns and planets are what they turn in all.
+    Else they are what they turn beyond rigid gears, of which teeth feel nothing.
     """
 
     laws: np.ndarray
     places: np.ndarray
     conservative: bool
+    whole: bool
 
 
-def build_gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
-    """All gear stages of an arm as flat arrays."""
+def build_gearing(gears: Sequence[GearStage], conservative: bool, whole: bool) -> Gearing:
+    """All gear stages of a tree as flat arrays."""
     stages = [gear.bodies for gear in gears]
-    places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
+    places = [(s.link, s.sun, s.planets[0], s.planets[-1] + 1) for s in stages]
     pairs = (pair for gear in gears for pair in zip(gear.sun, gear.ring, strict=True))
     laws = [law.array for pair in pairs for law in pair]
     return Gearing(
         _rows(laws),
         np.array(places, dtype=np.int64).reshape(-1, 4),
         conservative,
+        whole,
     )
 
 
@@ -214,6 +201,7 @@ def add_mesh(
     link: int,
     sun: int,
     planet: int,
+    whole: bool,
     forces: np.ndarray,
 ) -> None:
     """Add spring and damper of one mesh at time t [s] to the forces [N m] of what it couples.
@@ -222,7 +210,7 @@ def add_mesh(
     """
     stiffness, error = variation(law, t, q[link], q_t[link])
     wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
-    x = stretch(law, wheel, q[planet], q[link])
+    x = stretch(law, wheel, q[planet], q[link] if whole else 0.0)
     x_dot = stretch(law, wheel_t, q_t[planet], q_t[link])
     pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
     forces[link] += law[WHEEL_RADIUS] * pull
@@ -240,8 +228,8 @@ def add_meshes(
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
         for planet in range(first, after):
-            add_mesh(gears.laws[2 * row], t, q, q_t, link, sun, planet, forces)
-            add_mesh(gears.laws[2 * row + 1], t, q, q_t, link, NO_SUN, planet, forces)
+            add_mesh(gears.laws[2 * row], t, q, q_t, link, sun, planet, gears.whole, forces)
+            add_mesh(gears.laws[2 * row + 1], t, q, q_t, link, NO_SUN, planet, gears.whole, forces)
             row += 1
 
 
@@ -254,23 +242,49 @@ def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> No
     row = 0
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
-        theta = complex(q[link], STEP)
+        theta, carrier = complex(q[link], STEP), q[link] if gears.whole else 0.0
         for planet in range(first, after):
             for law, wheel in ((gears.laws[2 * row], q[sun]), (gears.laws[2 * row + 1], 0.0)):
-                x = stretch(law, wheel, q[planet], q[link])
+                x = stretch(law, wheel, q[planet], carrier)
                 stiffness, error = variation(law, 0.0, theta, 0.0)
                 forces[link] += turning_torque(law, x, stiffness, error)
             row += 1
 
 
-def deflection(
-    law: MeshLaw, stage: StageCoordinates, planet: int, q: np.ndarray, with_sun: bool
-) -> np.ndarray:
-    """x [m] of a planet's mesh with sun or ring, shape (times,), from (times, bodies).
+def deflections(gear: GearStage, q: np.ndarray, whole: bool) -> np.ndarray:
+    """x [m] of all planets' meshes with sun and ring, (2, planets, times), from (times, bodies).
 
-    planet: counted from 0. Linear: angles give displacements, and their rates the displacements'
-    rates.
+    whole: as in Gearing. Linear: whole angles give displacements, and their rates the
+    displacements' rates.
     """
-    wheel = q[:, stage.driven] if with_sun else 0.0
-    turn = law.wheel_radius * (wheel - q[:, stage.link])
-    return np.asarray(turn + law.planet_radius * q[:, stage.planets[planet]])
+    link, sun, planets = gear.bodies
+    carrier = q[:, link] if whole else 0.0
+    sides = (gear.sun, q[:, sun]), (gear.ring, np.zeros(len(q)))
+    return np.array(
+        [
+            [
+                law.wheel_radius * (wheel - carrier) + law.planet_radius * q[:, planet]
+                for law, planet in zip(laws, planets, strict=True)
+            ]
+            for laws, wheel in sides
+        ]
+    )
+
+
+def spring_forces(
+    gear: GearStage, t: np.ndarray, x: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
+) -> np.ndarray:
+    """Spring forces [N] by x of all planets' meshes with sun and ring, both (2, planets, times).
+
+    At times t [s], angles and rates of the joint, each (times,).
+    """
+    sides = zip((gear.sun, gear.ring), x, strict=True)
+    return np.array(
+        [
+            [
+                elastic_forces(law.array, t, along, theta, theta_dot)
+                for law, along in zip(laws, side, strict=True)
+            ]
+            for laws, side in sides
+        ]
+    )

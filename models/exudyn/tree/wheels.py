@@ -1,14 +1,22 @@
-"""Radii and inertias of a stage's wheels, out of the numbers of its gears."""
+"""A stage's wheels: their places in the tree, and radii and inertias out of its gears' numbers."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from crosscheck.models.arm.gears import PlanetaryGears
 
 Gear = Literal["sun", "planet"]
+
+
+class StagePlaces(NamedTuple):
+    """Places of a stage's bodies among the tree's."""
+
+    link: int
+    sun: int
+    planets: tuple[int, ...]
 
 
 def base_radius(joint: PlanetaryGears, teeth: int) -> float:
