@@ -105,9 +105,9 @@ class ExudynRobot(RobotModel):
     def _add_stage(self, stage: JointStage, columns: slice) -> None:
         """Add sun and planets to the tree, or what they reflect to the diagonal of M."""
         gears, moved, is_elastic = stage.gears, stage.joint, self.level == "geared"
-        wheels = gears.sun_teeth, gears.planet_teeth, gears.ring_teeth
-        r_s, r_p, r_r = (base_radius(gears, each) for each in wheels)
-        sun_turns, planet_turns = 1 + r_r / r_s, -r_r / r_p  # the planet's on the carrier
+        r_s, r_p = (base_radius(gears, each) for each in (gears.sun_teeth, gears.planet_teeth))
+        sun_turns = 1 + gears.ring_teeth / gears.sun_teeth
+        planet_turns = -gears.ring_teeth / gears.planet_teeth  # on the carrier
         J_s, J_p = inertia(gears, "sun"), inertia(gears, "planet")
         if self.level == "armature":
             spun = gears.planet_count * J_p * (1 + planet_turns) ** 2
