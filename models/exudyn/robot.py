@@ -16,7 +16,7 @@ import numpy as np
 
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.exudyn.engine import Engine, TreePart, UserFunction, exudyn, items
-from crosscheck.models.exudyn.tree.wheels import StagePlaces, base_radius, inertia
+from crosscheck.models.exudyn.tree.wheels import base_radius, inertia
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import (
     BASE,
@@ -31,7 +31,8 @@ from crosscheck.models.robot.robot import (
 )
 
 if TYPE_CHECKING:
-    from crosscheck.models.exudyn.tree.mesh import GearStage
+    from crosscheck.models.arm.gears import PlanetaryStage
+    from crosscheck.models.exudyn.tree.mesh import TreeMesh
 
 # [kg] For what has no mass, as rotors, whose masses the links have: the engine divides by a body's.
 # No sum with a number of a robot notices so little.
@@ -74,7 +75,7 @@ class ExudynRobot(RobotModel):
         self.rows = np.hstack([factors, np.zeros((len(factors), springs))])
         self.motors = {joint: (joint, 1.0) for joint in robot.coordinates}
         self._rotor_meshes: list[MeshPlaces] = []
-        self._stages: list[tuple[JointStage, StagePlaces]] = []
+        self._stages: list[tuple[PlanetaryStage, int, int]] = []  # gears, link, sun
         self._diagonal = [joint.armature * (level != "links") for joint in robot.joints]
         for rotor in robot.rotors:
             self._add_rotor(rotor)
@@ -117,12 +118,9 @@ class ExudynRobot(RobotModel):
         x_sp, x_pr = np.zeros((2, gears.planet_count, self.rows.shape[1]))
         if is_elastic:
             for planet in range(gears.planet_count):
-                alike = planet if stage.has_free_planets else 0
-                x_sp[planet, columns] = stage.displacement("x_sp", alike)
-                x_pr[planet, columns] = stage.displacement("x_pr", alike)
-            sun = len(self.parts)
-            planets = tuple(range(sun + 1, sun + 1 + gears.planet_count))
-            self._stages.append((stage, StagePlaces(moved, sun, planets)))
+                x_sp[planet, columns] = stage.displacement("x_sp", planet)
+                x_pr[planet, columns] = stage.displacement("x_pr", planet)
+            self._stages.append((gears, moved, len(self.parts)))
             self._move_motor(moved, sun_turns)
         link, under = self.rows[moved], self.parts[moved]
         turns = sun_turns * link + (x_sp[0] + x_pr[0]) / r_s
@@ -147,12 +145,24 @@ class ExudynRobot(RobotModel):
         self.rows = np.vstack([self.rows, turns])
 
     @cached_property
-    def gears(self) -> list[GearStage]:
-        """The elastic stages with their mesh laws."""
+    def meshes(self) -> list[TreeMesh]:
+        """The meshes of elastic stages, planet by planet, the sun's before the ring's."""
         # Compiled laws take half a second to import, and most robots have no stage.
-        from crosscheck.models.exudyn.tree.laws import build_gear_stage
+        from crosscheck.models.exudyn.tree.laws import build_mesh_law
+        from crosscheck.models.exudyn.tree.mesh import NO_SUN, TreeMesh
 
-        return [build_gear_stage(places, each.gears, self.laws) for each, places in self._stages]
+        return [
+            TreeMesh(
+                build_mesh_law(gears, self.laws, "ring" if wheel == NO_SUN else "sun", number),
+                number,
+                link,
+                wheel,
+                sun + 1 + number,
+            )
+            for gears, link, sun in self._stages
+            for number in range(gears.planet_count)
+            for wheel in (sun, NO_SUN)
+        ]
 
     @cached_property
     def _heavy(self) -> Engine:
@@ -193,8 +203,7 @@ class ExudynRobot(RobotModel):
         from crosscheck.models.exudyn.tree.loads import build_load_function, write_mesh_loads
         from crosscheck.models.exudyn.tree.mesh import build_gearing
 
-        does_work = self.laws.mesh_work == "conservative"
-        gearing = build_gearing(self.gears, does_work, whole=False)
+        gearing = build_gearing(self.meshes, self.laws.mesh_work == "conservative", whole=False)
         return build_load_function(write_mesh_loads, (gearing,), len(self.parts), [0.0])
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -225,16 +234,11 @@ class ExudynRobot(RobotModel):
 
     def stage_forces(self, q: np.ndarray) -> np.ndarray:
         """Forces (states, meshes) [N] of the springs of every planet, by angles of the tree."""
-        from crosscheck.models.exudyn.tree.mesh import deflections, spring_forces
+        from crosscheck.models.exudyn.tree.mesh import build_gearing, read_meshes
 
-        angles, still = q @ self._angle_rows.T + self._offsets, np.zeros(len(q))
-        forces = [
-            spring_forces(
-                gear, still, deflections(gear, angles, False), angles[:, gear.bodies.link], still
-            )
-            for gear in self.gears
-        ]
-        return np.hstack([each.transpose(2, 1, 0).reshape(len(q), -1) for each in forces])
+        angles, times = q @ self._angle_rows.T + self._offsets, np.zeros(len(q))
+        gearing = build_gearing(self.meshes, False, whole=False)
+        return read_meshes(gearing, times, angles, 0 * angles)[2].T
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: kinetic by Exudyn's M, the weights' by sensors of its bodies."""

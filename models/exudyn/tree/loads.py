@@ -64,8 +64,6 @@ def write_mesh_loads(gears: Gearing, state: np.ndarray) -> None:
     t, q, q_t, forces = state[0], state[1 : size + 1], state[size + 1 : -size], state[-size:]
     forces[:] = 0.0
     mesh.add_meshes(gears, t, q, q_t, forces)
-    if gears.conservative:
-        mesh.add_turning_torques(gears, q, forces)
 
 
 @njit(cache=True)

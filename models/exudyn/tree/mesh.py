@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
-from crosscheck.models.exudyn.tree.wheels import StagePlaces
 from crosscheck.models.numba_cache import njit
 
 NO_SUN = -1  # number in place of a sun's coordinate
@@ -135,34 +134,26 @@ def turning_torque(law: np.ndarray, x: float, stiffness: complex, error: complex
     return -potential.imag / STEP
 
 
-@njit(cache=True)
-def elastic_forces(
-    law: np.ndarray, t: np.ndarray, x: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
-) -> np.ndarray:
-    """Spring forces [N] of one mesh along a trajectory; x [m] and all others of shape (times,)."""
-    forces = np.empty_like(x)
-    for row in range(len(t)):
-        stiffness, error = variation(law, t[row], theta[row], theta_dot[row])
-        forces[row] = elastic_force(law, x[row], stiffness, error)
-    return forces
+class TreeMesh(NamedTuple):
+    """The mesh of a planet, counted from 0 on its link, and places of what it couples.
 
+    wheel: the sun, or NO_SUN of a ring mesh, which the previous link bears.
+    """
 
-class GearStage(NamedTuple):
-    """A stage's bodies and its mesh laws; sun, ring: of every planet."""
-
-    bodies: StagePlaces
-    sun: tuple[MeshLaw, ...]
-    ring: tuple[MeshLaw, ...]
+    law: MeshLaw
+    number: int
+    link: int
+    wheel: int
+    planet: int
 
 
 class Gearing(NamedTuple):
-    """All gear stages of a tree as flat arrays.
+    """All meshes of a tree as flat arrays.
 
-    laws (2 planets, longest law): MeshLaw.array, zeros behind it, of each planet with sun and ring
-    in turn, one stage's planets after another's; places (stages, 4): tree coordinates of link, sun
-    and first planet, and the one after the last planet; conservative: whether the springs'
-    potential acts on links; whole: whether angles of suns and planets are what they turn in all.
-    Else they are what they turn beyond rigid gears, of which teeth feel nothing.
+    laws (meshes, longest law): MeshLaw.array, zeros behind it; places (meshes, 3): link, wheel and
+    planet; conservative: whether the springs' potential acts on links; whole: whether angles of
+    suns and planets are what they turn in all. Else they are what they turn beyond rigid gears, of
+    which teeth feel nothing.
     """
 
     laws: np.ndarray
@@ -171,18 +162,10 @@ class Gearing(NamedTuple):
     whole: bool
 
 
-def build_gearing(gears: Sequence[GearStage], conservative: bool, whole: bool) -> Gearing:
-    """All gear stages of a tree as flat arrays."""
-    stages = [gear.bodies for gear in gears]
-    places = [(s.link, s.sun, s.planets[0], s.planets[-1] + 1) for s in stages]
-    pairs = (pair for gear in gears for pair in zip(gear.sun, gear.ring, strict=True))
-    laws = [law.array for pair in pairs for law in pair]
-    return Gearing(
-        _rows(laws),
-        np.array(places, dtype=np.int64).reshape(-1, 4),
-        conservative,
-        whole,
-    )
+def build_gearing(meshes: Sequence[TreeMesh], conservative: bool, whole: bool) -> Gearing:
+    """All meshes of a tree as flat arrays."""
+    places = np.array([mesh[2:] for mesh in meshes], dtype=np.int64).reshape(-1, 3)
+    return Gearing(_rows([mesh.law.array for mesh in meshes]), places, conservative, whole)
 
 
 def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -190,6 +173,16 @@ def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
     for row, array in zip(rows, arrays, strict=True):
         row[: array.size] = array
     return rows
+
+
+@njit(cache=True)
+def stretch_motion(
+    law: np.ndarray, q: np.ndarray, q_t: np.ndarray, link: int, sun: int, planet: int, whole: bool
+) -> tuple[float, float]:
+    """x [m] and x' [m/s] of a mesh by the tree's coordinates and rates; whole: see Gearing."""
+    wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
+    x = stretch(law, wheel, q[planet], q[link] if whole else 0.0)
+    return x, stretch(law, wheel_t, q_t[planet], q_t[link])
 
 
 @njit(cache=True)
@@ -201,90 +194,52 @@ def add_mesh(
     link: int,
     sun: int,
     planet: int,
+    conservative: bool,
     whole: bool,
     forces: np.ndarray,
 ) -> None:
     """Add spring and damper of one mesh at time t [s] to the forces [N m] of what it couples.
 
-    sun: NO_SUN of a ring mesh, which the previous link bears.
+    If conservative also what the spring's potential does to the link. Its coordinate is its angle
+    against the previous link: that is a pair of torques between both.
     """
+    x, x_dot = stretch_motion(law, q, q_t, link, sun, planet, whole)
     stiffness, error = variation(law, t, q[link], q_t[link])
-    wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
-    x = stretch(law, wheel, q[planet], q[link] if whole else 0.0)
-    x_dot = stretch(law, wheel_t, q_t[planet], q_t[link])
     pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
     if sun != NO_SUN:
         forces[sun] -= law[WHEEL_RADIUS] * pull
+    if conservative:
+        turned = variation(law, 0.0, complex(q[link], STEP), 0.0)
+        forces[link] += turning_torque(law, x, turned[0], turned[1])
 
 
 @njit(cache=True, inline="always")
 def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
-    """Add all mesh springs and dampers at time t [s] to the forces [N m] of the coordinates."""
-    row = 0
-    for stage in range(len(gears.places)):
-        link, sun, first, after = gears.places[stage]
-        for planet in range(first, after):
-            add_mesh(gears.laws[2 * row], t, q, q_t, link, sun, planet, gears.whole, forces)
-            add_mesh(gears.laws[2 * row + 1], t, q, q_t, link, NO_SUN, planet, gears.whole, forces)
-            row += 1
+    """Add all meshes at time t [s] to the forces [N m] of the coordinates."""
+    for row in range(len(gears.places)):
+        law, places = gears.laws[row], gears.places
+        link, sun, planet = places[row, 0], places[row, 1], places[row, 2]
+        add_mesh(law, t, q, q_t, link, sun, planet, gears.conservative, gears.whole, forces)
 
 
-@njit(cache=True, inline="always")
-def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> None:
-    """Add what every spring's potential does to the links to the forces [N m].
+@njit(cache=True)
+def read_meshes(gears: Gearing, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+    """x [m], x' [m/s] and spring force [N] of all meshes, shape (3, meshes, times).
 
-    A link's coordinate is its angle against the previous link: the torques are pairs between both.
+    Along t (times,) [s], coordinates q and rates q_t (times, bodies).
     """
-    row = 0
-    for stage in range(len(gears.places)):
-        link, sun, first, after = gears.places[stage]
-        theta, carrier = complex(q[link], STEP), q[link] if gears.whole else 0.0
-        for planet in range(first, after):
-            for law, wheel in ((gears.laws[2 * row], q[sun]), (gears.laws[2 * row + 1], 0.0)):
-                x = stretch(law, wheel, q[planet], carrier)
-                stiffness, error = variation(law, 0.0, theta, 0.0)
-                forces[link] += turning_torque(law, x, stiffness, error)
-            row += 1
-
-
-def deflections(gear: GearStage, q: np.ndarray, whole: bool) -> np.ndarray:
-    """x [m] of all planets' meshes with sun and ring, (2, planets, times), from (times, bodies).
-
-    whole: as in Gearing. Linear: whole angles give displacements, and their rates the
-    displacements' rates.
-    """
-    link, sun, planets = gear.bodies
-    carrier = q[:, link] if whole else 0.0
-    sides = (gear.sun, q[:, sun]), (gear.ring, np.zeros(len(q)))
-    return np.array(
-        [
-            [
-                law.wheel_radius * (wheel - carrier) + law.planet_radius * q[:, planet]
-                for law, planet in zip(laws, planets, strict=True)
-            ]
-            for laws, wheel in sides
-        ]
-    )
-
-
-def spring_forces(
-    gear: GearStage, t: np.ndarray, x: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
-) -> np.ndarray:
-    """Spring forces [N] by x of all planets' meshes with sun and ring, both (2, planets, times).
-
-    At times t [s], angles and rates of the joint, each (times,).
-    """
-    sides = zip((gear.sun, gear.ring), x, strict=True)
-    return np.array(
-        [
-            [
-                elastic_forces(law.array, t, along, theta, theta_dot)
-                for law, along in zip(laws, side, strict=True)
-            ]
-            for laws, side in sides
-        ]
-    )
+    read = np.empty((3, len(gears.places), len(t)))
+    for row in range(len(gears.places)):
+        law = gears.laws[row]
+        link, sun, planet = gears.places[row]
+        for time in range(len(t)):
+            x, x_dot = stretch_motion(law, q[time], q_t[time], link, sun, planet, gears.whole)
+            stiffness, error = variation(law, t[time], q[time, link], q_t[time, link])
+            read[0, row, time] = x
+            read[1, row, time] = x_dot
+            read[2, row, time] = elastic_force(law, x, stiffness, error)
+    return read

@@ -26,7 +26,7 @@ from crosscheck.models.exudyn.robot import ExudynRobot
 from crosscheck.models.exudyn.tree import mesh
 from crosscheck.models.exudyn.tree.laws import bounding_law, mean_spring
 from crosscheck.models.exudyn.tree.loads import MotorPlaces, build_load_function, write_tree_loads
-from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
+from crosscheck.models.exudyn.tree.mesh import MeshLaw, TreeMesh
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.robot.arm_model import ArmModel
 from crosscheck.models.trajectory import MESH_VARIABLES, recorded_times, trajectory
@@ -57,12 +57,12 @@ class ExudynTree(ArmModel):
     @cached_property
     def _driven_engine(self) -> Engine:
         """Engine with the bodies, their meshes, motors, friction and gravity."""
-        return self._engine(self.model.gears)
+        return self._engine(self.model.meshes)
 
-    def _engine(self, gears: Sequence[GearStage]) -> Engine:
+    def _engine(self, meshes: Sequence[TreeMesh]) -> Engine:
         clock, model, joints = [0.0], self.model, range(len(self.arm.joints))
         does_work = self.switches.mesh_work == "conservative"
-        teeth = mesh.build_gearing(gears, does_work, whole=True)
+        teeth = mesh.build_gearing(meshes, does_work, whole=True)
         driven, ratios = zip(*model.motors.values(), strict=True)
         motors = MotorPlaces(np.column_stack([joints, driven]), np.array(ratios))
         data = teeth, self._drive, motors
@@ -131,16 +131,14 @@ class ExudynTree(ArmModel):
         self, time: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The trajectory's mesh variables by name, (times, joints, planets); none without gears."""
-        if not self.model.gears:
+        meshes = self.model.meshes
+        if not meshes:
             return {}
-        planets = max(len(gear.sun) for gear in self.model.gears)
+        planets = 1 + max(each.number for each in meshes)
         records = np.full((3, 2, len(time), len(self.arm.joints), planets), np.nan)
-        for gear in self.model.gears:
-            link = gear.bodies.link
-            x, x_dot = (mesh.deflections(gear, values, whole=True) for values in (q, v))
-            force = mesh.spring_forces(gear, time, x, q[:, link], v[:, link])
-            for record, values in zip(records, (x, x_dot, force), strict=True):
-                record[:, :, link, : len(gear.sun)] = values.swapaxes(1, 2)
+        read = mesh.read_meshes(mesh.build_gearing(meshes, False, whole=True), time, q, v)
+        for row, (_, number, link, wheel, _) in enumerate(meshes):
+            records[:, int(wheel == mesh.NO_SUN), :, link, number] = read[:, row]
         return dict(zip(MESH_VARIABLES, records.reshape(6, *records.shape[2:]), strict=True))
 
     def largest_stable_step(self) -> float:
@@ -149,20 +147,18 @@ class ExudynTree(ArmModel):
         The engine linearises its own tree, all meshes in contact at their largest stiffness, in the
         start pose.
         """
-        return min(
-            _stable_step(mode)
-            for mode in self._eigenvalues(_linear_stages(self.model.gears, bounding_law))
-        )
+        return min(map(_stable_step, self._eigenvalues(bounding_law)))
 
     def mesh_modes(self) -> np.ndarray:
         """Undamped mesh modes [Hz] in the start pose, ascending: the fastest modes."""
         count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
-        modes = self._eigenvalues(_linear_stages(self.model.gears, mean_spring)).imag
+        modes = self._eigenvalues(mean_spring).imag
         return np.sort(modes)[modes.size - count :] / (2 * np.pi)
 
-    def _eigenvalues(self, gears: Sequence[GearStage]) -> np.ndarray:
-        """Eigenvalues [1/s] of the engine's own linearisation in the start pose."""
-        engine = self._engine(gears)
+    def _eigenvalues(self, linear_law: Callable[[MeshLaw], MeshLaw]) -> np.ndarray:
+        """Eigenvalues [1/s] of the engine's own linearisation in the start pose, by such laws."""
+        meshes = [each._replace(law=linear_law(each.law)) for each in self.model.meshes]
+        engine = self._engine(meshes)
         q, _ = self.start()
         engine.place(0.0, q, np.zeros_like(q))
         mass, stiffness, damping = engine.linearize()
@@ -174,15 +170,6 @@ class ExudynTree(ArmModel):
             ]
         )
         return np.linalg.eigvals(system)
-
-
-def _linear_stages(
-    gears: Sequence[GearStage], law: Callable[[MeshLaw], MeshLaw]
-) -> list[GearStage]:
-    return [
-        gear._replace(sun=tuple(map(law, gear.sun)), ring=tuple(map(law, gear.ring)))
-        for gear in gears
-    ]
 
 
 def _stable_step(eigenvalue: complex) -> float:

@@ -1,22 +1,14 @@
-"""A stage's wheels: their places in the tree, and radii and inertias out of its gears' numbers."""
+"""Radii and inertias of a stage's wheels, out of the numbers of its gears."""
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from crosscheck.models.arm.gears import PlanetaryGears
 
 Gear = Literal["sun", "planet"]
-
-
-class StagePlaces(NamedTuple):
-    """Places of a stage's bodies among the tree's."""
-
-    link: int
-    sun: int
-    planets: tuple[int, ...]
 
 
 def base_radius(joint: PlanetaryGears, teeth: int) -> float:
