@@ -195,16 +195,14 @@ class ExudynRobot(RobotModel):
 
     def _build_mesh_function(self) -> UserFunction | None:
         """User function with the meshes' torques on links, rotors, suns and planets."""
-        stages = self._build_stage_function() if self._stages else None
+        stages = None
+        if self._stages:
+            from crosscheck.models.exudyn.tree.loads import build_load_function, write_mesh_loads
+            from crosscheck.models.exudyn.tree.mesh import build_gearing
+
+            gearing = build_gearing(self.meshes, self.laws.mesh_work == "conservative", whole=False)
+            stages = build_load_function(write_mesh_loads, (gearing,), len(self.parts), [0.0])
         return _join_rotors(self._rotor_meshes, stages) if self._rotor_meshes else stages
-
-    def _build_stage_function(self) -> UserFunction:
-        """User function with the torques of planets' meshes."""
-        from crosscheck.models.exudyn.tree.loads import build_load_function, write_mesh_loads
-        from crosscheck.models.exudyn.tree.mesh import build_gearing
-
-        gearing = build_gearing(self.meshes, self.laws.mesh_work == "conservative", whole=False)
-        return build_load_function(write_mesh_loads, (gearing,), len(self.parts), [0.0])
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix over the free coordinates (states, n, n), from Exudyn's."""
