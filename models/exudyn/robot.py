@@ -1,9 +1,9 @@
 """A robot in Exudyn: its kinematic tree of the robot's data, rotors among the links.
 
 Exudyn's joints turn about or slide along z; so each link's frame is turned until z is its axis.
-Rotors, suns and all planets of a stage are bodies that spin where they stand. Their own angles move
-no mass; so states give those only what teeth have come together, which keeps its digits beside what
-rigid gears would turn.
+Rotors, suns and all planets of a stage are balanced bodies, so nothing but teeth depends on their
+angles. Those of a state are only what they turn beyond rigid gears, by which teeth come together:
+added to what rigid gears turn, it would lose digits. Rates are whole.
 """
 
 from __future__ import annotations

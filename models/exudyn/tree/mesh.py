@@ -151,9 +151,8 @@ class Gearing(NamedTuple):
     """All meshes of a tree as flat arrays.
 
     laws (meshes, longest law): MeshLaw.array, zeros behind it; places (meshes, 3): link, wheel and
-    planet; conservative: whether the springs' potential acts on links; whole: whether angles of
-    suns and planets are what they turn in all. Else they are what they turn beyond rigid gears, of
-    which teeth feel nothing.
+    planet; conservative: whether the springs' potential acts on links; whole: whether suns' and
+    planets' angles are all that they turn, not only what they turn beyond rigid gears.
     """
 
     laws: np.ndarray
