@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -77,18 +77,31 @@ class StageMesh(NamedTuple):
     damping: float
 
 
+class PlacedStage(NamedTuple):
+    """A stage, its joint (from 0), and where its coordinates begin in q.
+
+    These are x_sp and x_pr, or of free planets x_s and every x_pr.
+    """
+
+    gears: PlanetaryStage
+    joint: int
+    first: int
+    is_free: bool
+
+
 def build_gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
     """The meshes that have coordinates in the layout: all of the arm, or none of a rigid one."""
-    meshes = [
-        mesh
-        for number in layout.mesh_joints
-        for mesh in _stage_meshes(arm.joints[number], number, layout, switches)
+    stages = [
+        PlacedStage(joint, number, layout.at("x_s" if layout.free else "x_sp", number), layout.free)
+        for number, joint in enumerate(arm.joints)
+        if isinstance(joint, Planetary) and number in layout.mesh_joints
     ]
-    return gather_gears(meshes, layout.theta.tolist(), switches)
+    return gather_gears(stages, layout.theta.tolist(), switches)
 
 
-def gather_gears(meshes: Sequence[StageMesh], theta: Sequence[int], switches: Switches) -> Gears:
-    """The arrays of these meshes; theta: places of the joints' angles in q."""
+def gather_gears(stages: Sequence[PlacedStage], theta: Sequence[int], switches: Switches) -> Gears:
+    """The arrays of these stages' meshes; theta: places of the joints' angles in q."""
+    meshes = [mesh for stage in stages for mesh in _list_meshes(stage, switches)]
     floats, integers = partial(np.fromiter, dtype=float), partial(np.fromiter, dtype=np.int64)
     return Gears(
         x_index=integers(entry.x_index for entry in meshes),
@@ -122,48 +135,23 @@ def displacement_rows(gears: Gears, n: int) -> np.ndarray:
     return rows
 
 
-def _stage_meshes(
-    joint: object, number: int, layout: Layout, switches: Switches
-) -> list[StageMesh]:
-    """Meshes of a joint: sun and ring mesh of all planets together, or planet after planet."""
-    assert isinstance(joint, Planetary)  # as joints with mesh displacements are
-    if not layout.free:
-        places = layout.at("x_sp", number), layout.at("x_pr", number)
-        return lumped_meshes(joint, number, *places, switches)
-    x_pr = [layout.at("x_pr", number, planet) for planet in range(joint.planet_count)]
-    return free_meshes(joint, number, layout.at("x_s", number), x_pr, switches)
-
-
-def free_meshes(
-    stage: PlanetaryStage, number: int, x_s: int, x_pr: Sequence[int], switches: Switches
-) -> list[StageMesh]:
-    """Sun and ring mesh of a joint's stage, planet by planet; places of x_s and of every x_pr."""
-    geometry = stage_geometry(stage)
-    sun_rate = sun_mesh_rate(stage, geometry)
-    ring_rate = ring_mesh_rate(stage, geometry, switches.ring_rate)
-    meshes = []
-    for planet, place in enumerate(x_pr):
-        sun, ring = stage.sun_mesh.planet_mesh(planet), stage.ring_mesh.planet_mesh(planet)
-        d_sp, d_pr = (of_all / stage.planet_count for of_all in damping(stage, planet))
-        gamma_sp, gamma_pr = mesh_phases(stage, planet)
-        meshes.append(StageMesh(sun, number, x_s, place, 1, sun_rate, gamma_sp, d_sp))
-        meshes.append(StageMesh(ring, number, place, NO_COORDINATE, 1, ring_rate, gamma_pr, d_pr))
-    return meshes
-
-
-def lumped_meshes(
-    stage: PlanetaryStage, number: int, x_sp: int, x_pr: int, switches: Switches
-) -> list[StageMesh]:
-    """Sun and ring mesh of a joint's stage, of all planets together; their places in q."""
-    geometry, planets = stage_geometry(stage), stage.planet_count
+def _list_meshes(placed: PlacedStage, switches: Switches) -> Iterator[StageMesh]:
+    """Sun and ring mesh of a stage's planets together, or planet after planet."""
+    stage, joint, first, is_free = placed
+    geometry, count = stage_geometry(stage), stage.planet_count
     rates = sun_mesh_rate(stage, geometry), ring_mesh_rate(stage, geometry, switches.ring_rate)
-    meshes = stage.sun_mesh.planet_mesh(0), stage.ring_mesh.planet_mesh(0)
-    return [
-        StageMesh(mesh, number, place, NO_COORDINATE, planets, rate, gamma, d)
-        for mesh, place, rate, gamma, d in zip(
-            meshes, (x_sp, x_pr), rates, mesh_phases(stage, 0), damping(stage), strict=True
+    for planet in range(count if is_free else 1):
+        x_pr = first + 1 + planet
+        sides = (
+            (stage.sun_mesh.planet_mesh(planet), stage.ring_mesh.planet_mesh(planet)),
+            ((first, x_pr if is_free else NO_COORDINATE), (x_pr, NO_COORDINATE)),
+            rates,
+            mesh_phases(stage, planet),
+            damping(stage, planet),
         )
-    ]
+        for mesh, places, rate, gamma, of_all in zip(*sides, strict=True):
+            planets, d = (1, of_all / count) if is_free else (count, of_all)
+            yield StageMesh(mesh, joint, *places, planets, rate, gamma, d)
 
 
 def amplitude(mesh: PlanetMesh) -> float:

@@ -7,13 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import (
-    Gears,
-    StageMesh,
-    free_meshes,
-    gather_gears,
-    lumped_meshes,
-)
+from crosscheck.analytic.derivation.gears import Gears, PlacedStage, gather_gears
 from crosscheck.analytic.kernel.batch import SteppedEquations
 from crosscheck.analytic.kernel.expressions import StraightLines, evaluate_constants
 from crosscheck.analytic.kernel.numbers import Numbers, drive_numbers, stage_numbers
@@ -22,7 +16,7 @@ from crosscheck.analytic.robot.algorithms import Mechanism
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers
 from crosscheck.analytic.robot.structure import RobotStructure, trace_forward_dynamics
 from crosscheck.models.experiment.drive import CONSTANT, DriveData
-from crosscheck.models.robot.robot import MESH_LAWS, JointStage, Level, Robot
+from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot
 
 
 @dataclass(frozen=True)
@@ -49,10 +43,11 @@ class RobotEquations(SteppedEquations):
             (self.labels[stage.joint] - 1, columns.start, stage)
             for stage, columns in (stages if self.level == "geared" else ())
         )
-        meshes: list[StageMesh] = []
-        for number, first, stage in staged:
-            meshes += list_stage_meshes(stage, number, first)
-        return gather_gears(meshes, range(len(self.labels)), MESH_LAWS)
+        placed_stages = [
+            PlacedStage(stage.gears, number, first, stage.has_free_planets)
+            for number, first, stage in staged
+        ]
+        return gather_gears(placed_stages, range(len(self.labels)), MESH_LAWS)
 
     @cached_property
     def _named(self) -> tuple[Mechanism, dict[str, float]]:
@@ -89,14 +84,6 @@ class RobotEquations(SteppedEquations):
         """Numbers of the mechanism, and what a text needs of them, by name."""
         given = self._named[1]
         return {**given, **evaluate_constants(text.constants, given)}
-
-
-def list_stage_meshes(stage: JointStage, number: int, first: int) -> list[StageMesh]:
-    """The meshes of the number-th joint's stage, whose coordinates begin at a place."""
-    if stage.has_free_planets:
-        x_pr = [first + 1 + planet for planet in stage.groups]
-        return free_meshes(stage.gears, number, first, x_pr, MESH_LAWS)
-    return lumped_meshes(stage.gears, number, first, first + 1, MESH_LAWS)
 
 
 def build_equations(robot: Robot, level: Level) -> RobotEquations:

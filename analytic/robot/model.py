@@ -18,12 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import displacement_rows, gather_gears
+from crosscheck.analytic.derivation.gears import PlacedStage, displacement_rows, gather_gears
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper import stiffness
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_force import dead_zone, is_in_contact, phase_force, total_error
-from crosscheck.analytic.robot.equations import list_stage_meshes
 from crosscheck.analytic.robot.runs import run_precisely, run_robot
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.interface import RobotModel
@@ -120,9 +119,8 @@ class AnalyticRobot(RobotModel):
         self._spinning_bodies: list[SpinningBody] = []
         self._gears = gather_gears(
             [
-                mesh
+                PlacedStage(stage.gears, stage.joint, columns.start, stage.has_free_planets)
                 for stage, columns in zip(stages, robot.stage_columns, strict=False)
-                for mesh in list_stage_meshes(stage, stage.joint, columns.start)
             ],
             range(len(robot.joints)),
             MESH_LAWS,

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import displacement_rows, gather_gears
+from crosscheck.analytic.derivation.gears import PlacedStage, displacement_rows, gather_gears
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.stiffness import peak_stiffness
-from crosscheck.analytic.robot.equations import list_stage_meshes
 from crosscheck.analytic.stability import runge_kutta_limit
 from crosscheck.models.experiment.drive import PD, drive_data
 from crosscheck.models.experiment.scenario import Scenario
@@ -66,7 +65,8 @@ def tooth_springs(robot: Robot) -> tuple[ToothSpring, ...]:
 
 def _planet_springs(robot: Robot, stage: JointStage, first: int) -> Iterator[ToothSpring]:
     """Sun and ring mesh of planets that move as one; first: place of the stage's coordinates."""
-    gears = gather_gears(list_stage_meshes(stage, 0, first), [0], MESH_LAWS)
+    placed = PlacedStage(stage.gears, 0, first, stage.has_free_planets)
+    gears = gather_gears([placed], [0], MESH_LAWS)
     geometry, (sun_mass, planet_mass) = stage_geometry(stage.gears), gear_masses(stage.gears)
     rows = displacement_rows(gears, len(robot.coordinates) + robot.mesh_coordinates)
     peaks = peak_stiffness(gears.law, gears.k_m, gears.k_a)

@@ -38,7 +38,7 @@ class ForceFreeTree(ExudynTree):
 
     @cached_property
     def _driven_engine(self) -> Engine:
-        return Engine(self.bodies, None, [0.0], self.arm.gravity_m_per_s2)
+        return Engine(self.model.parts, self.model.robot.gravity)
 
 
 REDUCED_TREES: dict[str, type[ExudynTree]] = {

@@ -20,7 +20,7 @@ class DormandPrince(ExudynTree):
 
     @cached_property
     def _driven_engine(self) -> Engine:
-        engine = self._engine(self.gears)
+        engine = self._engine(self.model.gears)
         time = engine.settings.timeIntegration
         time.solverType = exudyn.DynamicSolverType.DOPRI5
         time.automaticStepSize, time.minimumStepSize = False, SMALLEST_S
@@ -32,7 +32,7 @@ class GeneralizedAlpha(ExudynTree):
 
     @cached_property
     def _driven_engine(self) -> Engine:
-        engine = self._engine(self.gears)
+        engine = self._engine(self.model.gears)
         engine.solver = exudyn.MainSolverImplicitSecondOrder()
         engine.solver.InitializeSolver(engine.system, engine.settings)
         return engine

@@ -1,1 +1,1 @@
-"""Models of the arm in Exudyn: a kinematic tree, and separate bodies on constraints."""
+"""Models in Exudyn: a kinematic tree of an arm or a robot, and an arm's separate bodies."""

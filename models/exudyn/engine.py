@@ -29,15 +29,6 @@ class TreePart(NamedTuple):
     inertia: np.ndarray
 
 
-def make_planar_part(
-    parent: int, joint_at: tuple[float, float], mass: float, com_x: float, inertia: float
-) -> TreePart:
-    """A body in the plane: inertia [kg m^2] about its com, com along x and joint in [m]."""
-    at, com = np.array([*joint_at, 0.0]), np.array([com_x, 0.0, 0.0])
-    turning = exudyn.JointType.RevoluteZ
-    return TreePart(turning, parent, np.eye(3), at, mass, com, np.diag([0, 0, inertia]))
-
-
 def quiet_settings() -> Any:
     """Settings of a simulation that writes no file and prints nothing."""
     settings = exudyn.SimulationSettings()
@@ -93,15 +84,28 @@ class System:
         return np.array(self.solver.GetSystemResidual())[: self.size]
 
 
-class NodeSystem(System):
-    """A system whose coordinates are all of one node.
+class Engine(System):
+    """A tree of bodies: also advanced states out.
 
-    objects: made of the node's number, numbered from 0.
+    gravity [m/s^2]: along the base's axes. force: the generalized forces on the tree, which calls
+    it itself: a connector beside the tree costs the engine more. friction [N m s/rad], [N s/m]: of
+    the first joints' rates. diagonal: added to M's, of the first joints, too.
+    The engine's own clock counts from the last ``place``; the force adds ``clock[0]``. Summing
+    0.00001 s over a whole run instead would drift by 1e-11 s in 3 s, and with it the step.
     """
 
     def __init__(
-        self, size: int, objects: Callable[[int], Sequence[Any]], sensors: Sequence[Any] = ()
+        self,
+        parts: Sequence[TreePart],
+        gravity: np.ndarray,
+        *,
+        force: UserFunction | None = None,
+        clock: list[float] | None = None,
+        friction: Sequence[float] = (),
+        diagonal: Sequence[float] = (),
+        sensors: Sequence[Any] = (),
     ) -> None:
+        size = len(parts)
         super().__init__(size)
         node = self.system.AddNode(
             items.NodeGenericODE2(
@@ -111,36 +115,17 @@ class NodeSystem(System):
                 numberOfODE2Coordinates=size,
             )
         )
-        for each in objects(node):
-            self.system.AddObject(each)
+        self.system.AddObject(build_tree(node, parts, gravity, force, friction))
+        if any(diagonal):
+            added = np.diag([*diagonal, *[0.0] * (size - len(diagonal))])
+            self.system.AddObject(items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=added))
         for each in sensors:
             self.system.AddSensor(each)
+        self.clock = clock or [0.0]
         self.assemble(exudyn.MainSolverExplicit(), _settings())
 
-
-class Engine(NodeSystem):
-    """Bodies of an arm under a force: also advanced states out.
-
-    force: the generalized forces on the tree, which calls it itself: a connector beside the tree
-    costs the engine more. gravity [m/s^2]: along the base's x and y.
-    The engine's own clock counts from the last ``place``; the force adds ``clock[0]``. Summing
-    0.00001 s over a whole run instead would drift by 1e-11 s in 3 s, and with it the step.
-    """
-
-    def __init__(
-        self,
-        bodies: Sequence[TreePart],
-        force: UserFunction | None,
-        clock: list[float],
-        gravity: tuple[float, float],
-    ) -> None:
-        super().__init__(
-            len(bodies), lambda node: [build_tree(node, bodies, [*gravity, 0.0], force)]
-        )
-        self.clock = clock
-
     def place(self, t: float, q: np.ndarray, v: np.ndarray) -> None:
-        """Put the arm into a state at a time [s]."""
+        """Put the tree into a state at a time [s]."""
         self.clock[0] = t
         self.put(q, v)
 
@@ -174,15 +159,13 @@ def _settings() -> Any:
 def build_tree(
     node: int,
     parts: Sequence[TreePart],
-    gravity: Sequence[float],
-    force: UserFunction | None = None,
-    damping: Sequence[float] = (),
+    gravity: np.ndarray,
+    force: UserFunction | None,
+    friction: Sequence[float],
 ) -> Any:
-    """The engine's tree of these bodies, on a node; gravity [m/s^2]: along the base's axes.
-
-    damping [N m s/rad], [N s/m]: of every joint's rate; none if left out.
-    """
+    """The engine's tree of these bodies, on a node; friction is its own control at rest."""
     matrices, vectors = exudyn.Matrix3DList, exudyn.Vector3DList
+    damping = [*friction, *[0.0] * (len(parts) - len(friction))] if any(friction) else []
     still = [0.0] * len(damping)
     return items.ObjectKinematicTree(
         nodeNumber=node,
@@ -193,10 +176,10 @@ def build_tree(
         linkInertiasCOM=matrices([part.inertia for part in parts]),
         linkCOMs=vectors([part.com for part in parts]),
         linkMasses=[part.mass for part in parts],
-        gravity=list(gravity),
+        gravity=gravity.tolist(),
         jointPositionOffsetVector=still,
         jointVelocityOffsetVector=still,
         jointPControlVector=still,
-        jointDControlVector=list(damping),
+        jointDControlVector=damping,
         forceUserFunction=force or 0,  # 0: none
     )

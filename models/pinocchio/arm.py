@@ -41,6 +41,7 @@ class PinocchioArm(ArmModel):
     """Pinocchio's model of the robot that the arm is."""
 
     takes_many_states = True
+    model: PinocchioRobot
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
@@ -48,16 +49,6 @@ class PinocchioArm(ArmModel):
         super().__init__(arm, scenario, chosen_switches)
         robot, level = self.find_robot()
         self.model = PinocchioRobot(robot, level, self.switches)
-
-    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M(q), shape (n, n)."""
-        masses = self.model.mass_matrix(self._in_order(q))[:, self._back][:, :, self._back]
-        return masses.reshape(*q.shape, q.shape[-1])
-
-    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Coriolis and centrifugal force, shape (n,)."""
-        forces = self.model.bias(self._in_order(q), self._in_order(v))
-        return forces[:, self._back].reshape(q.shape)
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Drive, meshes, friction and gravity at time t [s], shape (n,)."""
@@ -72,10 +63,6 @@ class PinocchioArm(ArmModel):
         torques = self.driving_torques(time, at, rate)
         accelerations = self.model.forward_dynamics(at, rate, torques, time)
         return accelerations[:, self._back].reshape(q.shape)
-
-    def _in_order(self, values: np.ndarray) -> np.ndarray:
-        """The values of one state, or of many, in the robot's order (states, n)."""
-        return np.atleast_2d(values)[:, self.order]
 
     def driving_torques(self, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Output-side torques (states, joints) [N m] of the motors at time (states,) [s].

@@ -99,9 +99,8 @@ class PinocchioRobot(RobotModel):
             for number, planet in enumerate(wheels.planets):
                 x_sp, x_pr = np.zeros((2, len(free) + springs))
                 if level == "geared":
-                    alike = number if stage.has_free_planets else 0
-                    x_sp[columns] = stage.displacement("x_sp", alike)
-                    x_pr[columns] = stage.displacement("x_pr", alike)
+                    x_sp[columns] = stage.displacement("x_sp", number)
+                    x_pr[columns] = stage.displacement("x_pr", number)
                     rows += [x_sp, x_pr]
                 turns = planet_turns(gears) * link - x_pr / r_p
                 self._given[self._tree.joints[planet].idx_v] = turns

@@ -167,7 +167,10 @@ class JointStage:
         return "x_s", *(f"x_pr{planet + 1}" for planet in self.groups)
 
     def displacement(self, mesh: Meaning, planet: int) -> np.ndarray:
-        """Row that gives x of a planet's mesh by the stage's coordinates; planet from 0."""
+        """Row that gives x of a planet's mesh by the stage's coordinates; planet from 0.
+
+        Of planets that move as one it is the same for each.
+        """
         row = np.zeros(len(self.coordinates))
         if not self.has_free_planets:
             row[self.coordinates.index(mesh)] = 1.0

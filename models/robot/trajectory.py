@@ -94,7 +94,7 @@ def _mesh_variables(model: RobotModel, q: np.ndarray, v: np.ndarray) -> dict[str
     for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
         for planet in range(stage.gears.planet_count):
             for side in MESHES:
-                row = stage.displacement(side, planet if stage.has_free_planets else 0)
+                row = stage.displacement(side, planet)
                 at = slice(None), stage.joint, planet
                 variables[side][at] = q[:, columns] @ row
                 variables[f"{side}_dot"][at] = v[:, columns] @ row

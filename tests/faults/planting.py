@@ -32,7 +32,7 @@ TREE, BODIES = "crosscheck.models.exudyn.tree", "crosscheck.models.exudyn.bodies
 INTERPRETED = {
     "analytic": ("crosscheck.analytic",),
     "exudyn:tree": (
-        *(f"{TREE}.{name}" for name in ("mesh", "tree", "laws", "loads", "parts", "stiffness")),
+        *(f"{TREE}.{name}" for name in ("mesh", "tree", "laws", "loads", "stiffness")),
         "crosscheck.models.robot.planar",
     ),
     "pinocchio": ("crosscheck.models.robot.planar",),

@@ -5,7 +5,6 @@ import pytest
 
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.exudyn.tree.parts import tree_from_paper
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 from tests.loops import require_items
@@ -28,7 +27,7 @@ def test_connectors_and_motors_act_at_the_times_of_the_stages(phase):
     case = load_case("paper-labelled", "back-and-forth", {"phase": phase}, settings)
     model = ExudynTree(*case)
     run = model.simulate()
-    from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))
+    from_tree = np.linalg.pinv(model.from_paper)
     start = (from_tree @ part for part in model.start())
     # The textbook method on the model's own accelerations, its clock k h.
     q, v = stepped(lambda k, q, v: model.acceleration(k * 1e-5, q, v), *start, 300, 300 * 1e-5)

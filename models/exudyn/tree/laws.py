@@ -12,24 +12,11 @@ import numpy as np
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
-from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
+from crosscheck.models.exudyn.tree.mesh import MeshLaw
 from crosscheck.models.exudyn.tree.stiffness import build_curve, constant_curve
 from crosscheck.models.exudyn.tree.wheels import base_radius, equivalent_mass
 
 Side = Literal["sun", "ring"]
-
-
-def build_gear_stage(
-    place: int, bodies: StageCoordinates, joint: PlanetaryStage, chosen: Switches
-) -> GearStage:
-    """Bodies and mesh laws of a geared joint, the place-th from 0."""
-    planets = range(joint.planet_count)
-    return GearStage(
-        place,
-        bodies,
-        tuple(build_mesh_law(joint, chosen, "sun", planet) for planet in planets),
-        tuple(build_mesh_law(joint, chosen, "ring", planet) for planet in planets),
-    )
 
 
 def build_mesh_law(joint: PlanetaryStage, chosen: Switches, side: Side, planet: int) -> MeshLaw:

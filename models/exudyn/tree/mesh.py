@@ -134,68 +134,37 @@ def turning_torque(law: np.ndarray, x: float, stiffness: complex, error: complex
     return -potential.imag / STEP
 
 
-@njit(cache=True)
-def elastic_forces(
-    law: np.ndarray, t: np.ndarray, x: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
-) -> np.ndarray:
-    """Spring forces [N] of one mesh along a trajectory; x [m] and all others of shape (times,)."""
-    forces = np.empty_like(x)
-    for row in range(len(t)):
-        stiffness, error = variation(law, t[row], theta[row], theta_dot[row])
-        forces[row] = elastic_force(law, x[row], stiffness, error)
-    return forces
+class TreeMesh(NamedTuple):
+    """The mesh of a planet, counted from 0 on its link, and places of what it couples.
 
-
-class StageCoordinates(NamedTuple):
-    """Places of one joint's bodies among the tree coordinates.
-
-    driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
+    wheel: the sun, or NO_SUN of a ring mesh, which the previous link bears.
     """
 
+    law: MeshLaw
+    number: int
     link: int
-    driven: int
-    planets: tuple[int, ...]
-
-    @property
-    def end(self) -> int:
-        """The place after its last body."""
-        return max((self.driven, *self.planets)) + 1
-
-
-class GearStage(NamedTuple):
-    """A geared joint, counted from 0, its bodies and its mesh laws; sun, ring: of every planet."""
-
-    joint: int
-    bodies: StageCoordinates
-    sun: tuple[MeshLaw, ...]
-    ring: tuple[MeshLaw, ...]
+    wheel: int
+    planet: int
 
 
 class Gearing(NamedTuple):
-    """All gear stages of an arm as flat arrays.
+    """All meshes of a tree as flat arrays.
 
-    laws (2 planets, longest law): MeshLaw.array, zeros behind it, of each planet with sun and ring
-    in turn, one stage's planets after another's; places (stages, 4): tree coordinates of link, sun
-    and first planet, and the one after the last planet; conservative: whether the springs'
-    potential acts on links.
+    laws (meshes, longest law): MeshLaw.array, zeros behind it; places (meshes, 3): link, wheel and
+    planet; conservative: whether the springs' potential acts on links; whole: whether suns' and
+    planets' angles are all that they turn, not only what they turn beyond rigid gears.
     """
 
     laws: np.ndarray
     places: np.ndarray
     conservative: bool
+    whole: bool
 
 
-def build_gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
-    """All gear stages of an arm as flat arrays."""
-    stages = [gear.bodies for gear in gears]
-    places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
-    pairs = (pair for gear in gears for pair in zip(gear.sun, gear.ring, strict=True))
-    laws = [law.array for pair in pairs for law in pair]
-    return Gearing(
-        _rows(laws),
-        np.array(places, dtype=np.int64).reshape(-1, 4),
-        conservative,
-    )
+def build_gearing(meshes: Sequence[TreeMesh], conservative: bool, whole: bool) -> Gearing:
+    """All meshes of a tree as flat arrays."""
+    places = np.array([mesh[2:] for mesh in meshes], dtype=np.int64).reshape(-1, 3)
+    return Gearing(_rows([mesh.law.array for mesh in meshes]), places, conservative, whole)
 
 
 def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -203,6 +172,16 @@ def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
     for row, array in zip(rows, arrays, strict=True):
         row[: array.size] = array
     return rows
+
+
+@njit(cache=True)
+def stretch_motion(
+    law: np.ndarray, q: np.ndarray, q_t: np.ndarray, link: int, sun: int, planet: int, whole: bool
+) -> tuple[float, float]:
+    """x [m] and x' [m/s] of a mesh by the tree's coordinates and rates; whole: see Gearing."""
+    wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
+    x = stretch(law, wheel, q[planet], q[link] if whole else 0.0)
+    return x, stretch(law, wheel_t, q_t[planet], q_t[link])
 
 
 @njit(cache=True)
@@ -214,63 +193,52 @@ def add_mesh(
     link: int,
     sun: int,
     planet: int,
+    conservative: bool,
+    whole: bool,
     forces: np.ndarray,
 ) -> None:
     """Add spring and damper of one mesh at time t [s] to the forces [N m] of what it couples.
 
-    sun: NO_SUN of a ring mesh, which the previous link bears.
+    If conservative also what the spring's potential does to the link. Its coordinate is its angle
+    against the previous link: that is a pair of torques between both.
     """
+    x, x_dot = stretch_motion(law, q, q_t, link, sun, planet, whole)
     stiffness, error = variation(law, t, q[link], q_t[link])
-    wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
-    x = stretch(law, wheel, q[planet], q[link])
-    x_dot = stretch(law, wheel_t, q_t[planet], q_t[link])
     pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
     if sun != NO_SUN:
         forces[sun] -= law[WHEEL_RADIUS] * pull
+    if conservative:
+        turned = variation(law, 0.0, complex(q[link], STEP), 0.0)
+        forces[link] += turning_torque(law, x, turned[0], turned[1])
 
 
 @njit(cache=True, inline="always")
 def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
-    """Add all mesh springs and dampers at time t [s] to the forces [N m] of the coordinates."""
-    row = 0
-    for stage in range(len(gears.places)):
-        link, sun, first, after = gears.places[stage]
-        for planet in range(first, after):
-            add_mesh(gears.laws[2 * row], t, q, q_t, link, sun, planet, forces)
-            add_mesh(gears.laws[2 * row + 1], t, q, q_t, link, NO_SUN, planet, forces)
-            row += 1
+    """Add all meshes at time t [s] to the forces [N m] of the coordinates."""
+    for row in range(len(gears.places)):
+        law, places = gears.laws[row], gears.places
+        link, sun, planet = places[row, 0], places[row, 1], places[row, 2]
+        add_mesh(law, t, q, q_t, link, sun, planet, gears.conservative, gears.whole, forces)
 
 
-@njit(cache=True, inline="always")
-def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> None:
-    """Add what every spring's potential does to the links to the forces [N m].
+@njit(cache=True)
+def read_meshes(gears: Gearing, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+    """x [m], x' [m/s] and spring force [N] of all meshes, shape (3, meshes, times).
 
-    A link's coordinate is its angle against the previous link: the torques are pairs between both.
+    Along t (times,) [s], coordinates q and rates q_t (times, bodies).
     """
-    row = 0
-    for stage in range(len(gears.places)):
-        link, sun, first, after = gears.places[stage]
-        theta = complex(q[link], STEP)
-        for planet in range(first, after):
-            for law, wheel in ((gears.laws[2 * row], q[sun]), (gears.laws[2 * row + 1], 0.0)):
-                x = stretch(law, wheel, q[planet], q[link])
-                stiffness, error = variation(law, 0.0, theta, 0.0)
-                forces[link] += turning_torque(law, x, stiffness, error)
-            row += 1
-
-
-def deflection(
-    law: MeshLaw, stage: StageCoordinates, planet: int, q: np.ndarray, with_sun: bool
-) -> np.ndarray:
-    """x [m] of a planet's mesh with sun or ring, shape (times,), from (times, bodies).
-
-    planet: counted from 0. Linear: angles give displacements, and their rates the displacements'
-    rates.
-    """
-    wheel = q[:, stage.driven] if with_sun else 0.0
-    turn = law.wheel_radius * (wheel - q[:, stage.link])
-    return np.asarray(turn + law.planet_radius * q[:, stage.planets[planet]])
+    read = np.empty((3, len(gears.places), len(t)))
+    for row in range(len(gears.places)):
+        law = gears.laws[row]
+        link, sun, planet = gears.places[row]
+        for time in range(len(t)):
+            x, x_dot = stretch_motion(law, q[time], q_t[time], link, sun, planet, gears.whole)
+            stiffness, error = variation(law, t[time], q[time, link], q_t[time, link])
+            read[0, row, time] = x
+            read[1, row, time] = x_dot
+            read[2, row, time] = elastic_force(law, x, stiffness, error)
+    return read
