@@ -60,7 +60,7 @@ from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import has_literal
-from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
+from crosscheck.trial.input.supplied import FRICTION, SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import SECOND_LAW, WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
     LONE,
@@ -326,7 +326,8 @@ class ArmSubject(TrialSubject):
 def _describe_default_force(problem: VerificationProblem) -> str:
     """What is lacking in a force that is not given, of an arm with friction; else ''."""
     friction = [each.friction_N_m_s_per_rad for each in problem.case.arm.joints]
-    if "force" in list_given_parts(problem) or not any(friction):
+    bound = bind_equations(problem.equations, problem.case.arm, problem.frame)
+    if "force" in bound.given or FRICTION in bound.left or not any(friction):
         return ""
     listed = ", ".join(f"{each:g}" for each in friction)
     return (

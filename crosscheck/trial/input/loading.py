@@ -40,7 +40,7 @@ from crosscheck.trial.input.calls import (
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
-EXPECTED = "file.py, file.py:name or package.module:name"
+EXPECTED = "file.py, file.py:name, package.module:name or file.fmu"
 OF_SYMPY = "what crosscheck.testing.from_sympy makes of its matrices"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
@@ -218,7 +218,8 @@ def _parse_location(text: str) -> tuple[str, str, Path]:
     if not colon and text.endswith(".py"):
         module, name = text, ""
     elif not colon or not module or not name:
-        raise InputError(text, "", None, f"must be {EXPECTED}")
+        front = "is a folder; " if Path(text).is_dir() else ""
+        raise InputError(text, "", None, f"{front}must be {EXPECTED}")
     folder = _resolve(module).parent if module.endswith(".py") else Path.cwd().resolve()
     return module, name, folder
 
@@ -324,6 +325,7 @@ def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
     if isinstance(source, type) or not (_has_parts(source) or is_namespace):
         kind = "None" if source is None else describe_type(source)
         must = "must return" if verb == "returned" else "must be"
+        must = f"{must} an instance of it, or" if isinstance(source, type) else must
         is_sympy = type(source).__module__.startswith("sympy.")
         reason = f"{verb} {kind}; {must} {OF_SYMPY if is_sympy else ACCEPTED}"
         raise InputError(where, "", None, reason)

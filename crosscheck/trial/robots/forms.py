@@ -66,7 +66,7 @@ def describe_friction(
     for factor, rows in rows_by_factor.items():
         names = [problem.names[row] for row in rows]
         entry = f"{where}[{names[0]}]" if len(names) == 1 else where
-        yield f"{entry}, the friction of {' and '.join(names)}: {factor}", rows
+        yield f"{entry}, the friction of {join_words(names)}: {factor}", rows
 
 
 def describe_accelerations(
@@ -85,7 +85,7 @@ def describe_accelerations(
             total = np.sum([there[name] for name in names], axis=0)
             share = float(total @ wrong / (total @ total)) if total.any() else 0.0
             if np.abs(wrong - share * total).max() <= ALIKE * np.abs(wrong).max():
-                part = f"the part due to {' and '.join(names)}"
+                part = f"the part due to {join_words(names)}"
                 yield f"acceleration[{problem.names[row]}], {part}: {format_factor(1 + share)}"
                 described = True
                 break
@@ -161,11 +161,11 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
         return f"M is not symmetric: {name} differs from {mirror_name}; {also}"
     rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
     lines, right = ("rows", rows) if rows.any() else ("columns", columns)
-    if right.any():
-        also = f"{_join_places(lines, right)} right, {_join_places(lines, ~right)} wrong"
-        also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
-    else:
-        also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
+    names = [problem.entry_name("mass_matrix", each) for each in pairs]
+    if not right.any():
+        return f"M is not symmetric in {len(pairs)} pairs: {list_first(names)}"
+    also = f"{_join_places(lines, right)} right, {_join_places(lines, ~right)} wrong"
+    also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
     return f"M is not symmetric in {len(pairs)} pairs; {also}"
 
 
