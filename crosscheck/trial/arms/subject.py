@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
 from crosscheck.registry import find_distinct_levels, group_equal_levels, register
 from crosscheck.run import cases_by_run, run_tasks, runs_by_key
+from crosscheck.runner.outcomes import SelfKeyedTask, return_failures
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
@@ -58,9 +60,14 @@ from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.calls import describe_failure
-from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.input.equations import SINGLE, Equations, PartReading
 from crosscheck.trial.input.source_lines import has_literal
-from crosscheck.trial.input.supplied import FRICTION, SuppliedEquations, bind_equations
+from crosscheck.trial.input.supplied import (
+    FRICTION,
+    SuppliedEquations,
+    bind_equations,
+    find_part_reading,
+)
 from crosscheck.trial.judge.checks import SECOND_LAW, WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
     LONE,
@@ -369,6 +376,42 @@ def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
     return any(np.any(each[joint]) for each in factors)
 
 
+# Equations of which it is not known yet what their parts hold, for the worker that finds out.
+_unread = dict[int, SuppliedEquations]()
+_numbers = count()
+
+
+@dataclass(frozen=True)
+class ReadingTask(SelfKeyedTask):
+    """The task of finding out what parts hold: the user's functions may end a process."""
+
+    number: int
+    cost = 1.0
+
+    @return_failures
+    def perform(self) -> PartReading:
+        """What parts hold, or a Failure."""
+        return find_part_reading(_unread[self.number])
+
+
+def _find_reading(equations: Equations, arm: Arm) -> PartReading:
+    """What parts of equations hold; nothing where they do not say so."""
+    unread = replace(equations, reading=PartReading())
+    bound = bind_equations(unread, arm, build_frame(equations.coordinates, arm))
+    if equations.coordinates.gearing != "rigid":
+        return PartReading()
+    if equations.table is not None:
+        return find_part_reading(bound)
+    task = ReadingTask(next(_numbers))
+    _unread[task.number] = bound
+    try:
+        with Workers(1) as workers:
+            outcome = workers.perform([task])[task]
+    finally:
+        del _unread[task.number]
+    return outcome if isinstance(outcome, PartReading) else PartReading()
+
+
 def build_problem(request: TrialRequest) -> VerificationProblem:
     """The supplied equations, with coordinates and states already made. Raises InputError."""
     make_cross_check_request(request)  # refuses scenarios that cannot be run together
@@ -377,10 +420,11 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
     count = QUICK_STATES if request.quick else STATES
     scenario = make_experiment(arm, range(len(arm.joints)))
     equations = request.equations.adapt_to_arm(arm, scenario)
+    equations = replace(equations, reading=_find_reading(equations, arm))
     bound = bind_equations(equations, arm, build_frame(equations.coordinates, arm))
     if len(bound.motors) < len(arm.joints):
         scenario = make_experiment(arm, bound.motors)
-        equations = request.equations.adapt_to_arm(arm, scenario)
+        equations = equations.adapt_to_arm(arm, scenario)
     _require_runnable(request, bound)
     case = Case(arm, scenario, laws)
     problem = VerificationProblem(

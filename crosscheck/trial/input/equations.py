@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -98,6 +98,13 @@ class AnswerTable:
     precision: float = 0.0
 
 
+class PartReading(NamedTuple):
+    """Which parts hold weights or friction beside M a + bias, and what stands on the left."""
+
+    held: frozenset[tuple[str, str]] = frozenset()
+    left: frozenset[str] = frozenset()
+
+
 @dataclass(frozen=True)
 class Equations:
     """M(x) x'' + bias(x, v) + gravity(x) = force(t, x, v, torque): any of these alone is judged.
@@ -139,6 +146,7 @@ class Equations:
         find_code: Finds their source, a UserCode or None, of equations that may have one; not for
             users.
         rebuilt_as: The parts as ``rebuild`` made them; not for users.
+        reading: What parts hold beside what their names say, once that is known; not for users.
     """
 
     mass_matrix: Function | None = None
@@ -162,6 +170,7 @@ class Equations:
     unused: tuple[str, ...] = ()
     find_code: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
+    reading: PartReading | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Forget ``rebuild`` once a part was replaced, for it would make the old part again."""
@@ -200,7 +209,7 @@ class Equations:
         """These equations with the numbers of an arm. Raises InputError."""
         if self.rebuild is None:
             return self
-        rebuilt = self.rebuild(arm, scenario)
+        rebuilt = replace(self.rebuild(arm, scenario), reading=self.reading)
         is_found = self.find_code is None or rebuilt.find_code is not None
         return rebuilt if is_found else replace(rebuilt, find_code=self.find_code)
 

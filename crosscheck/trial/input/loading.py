@@ -48,7 +48,7 @@ MOST_REMEMBERED = 64  # arms and scenarios, of whose equations a factory is aske
 # Friction arguments of robots, whose files have none.
 FRICTION = ("viscous_friction", "coulomb_friction")
 # Attributes that are asked of no object.
-SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused", "find_code"}
+SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused", "find_code", "reading"}
 Maker = Callable[..., Any]
 
 

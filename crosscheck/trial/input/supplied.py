@@ -20,7 +20,7 @@ from crosscheck.trial.input.calls import (
     find_motors,
     make_named_calls,
 )
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.equations import Equations, PartReading
 
 WEIGHTS, FRICTION = "weights", "friction"
 READINGS = {  # of what a part holds beside what its name says
@@ -181,7 +181,8 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
     )
     is_rigid = equations.coordinates.gearing == "rigid"
     if is_rigid:
-        bound = _read_parts(bound)
+        held, left = equations.reading or find_part_reading(bound)
+        bound = replace(bound, held=held, left=left)
     if WEIGHTS in bound.left:
         has.add("gravity")
     is_whole = is_rigid and has >= {"mass_matrix", "bias", "gravity"}
@@ -192,8 +193,8 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
     return replace(bound, has=frozenset(has))
 
 
-def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
-    """The equations with what their parts hold, by the answers at a place, at rest and in motion.
+def find_part_reading(bound: SuppliedEquations) -> PartReading:
+    """What parts of equations hold, by the answers at a place, at rest and in motion.
 
     A bias holds what has no part of its own and is not in a given force; inverse dynamics hold
     what the force has too, but then it is not on the left.
@@ -201,7 +202,7 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
     is_table = bound.equations.table is not None  # which has no bias at rest at all states
     parts = bound.given & ({"inverse_dynamics"} if is_table else PARTS_OF_MOTION)
     if not parts or (is_table and "force" in bound.given):
-        return bound
+        return PartReading()
     x = np.linspace(0.3, 0.9, len(bound.frame.names))
     v, held, forced = x + 0.4, set[tuple[str, str]](), set[str]()
     has_weights = any(bound.arm.gravity_m_per_s2)
@@ -224,11 +225,11 @@ def _read_parts(bound: SuppliedEquations) -> SuppliedEquations:
                 (part, what) for what in find_held(partial(bound.call_moving, part, x), 1) - beside
             }
     except Exception:  # of the user's functions, which the trial reports
-        return bound
+        return PartReading()
     left = {what for _, what in held} - forced
     if has_weights and not (WEIGHTS in left or bound.given & {"gravity", "force"}):
         left.discard(FRICTION)  # a force without weights is not judged
-    return replace(bound, held=frozenset(held), left=frozenset(left))
+    return PartReading(frozenset(held), frozenset(left))
 
 
 def _find_odd(function: Callable[[np.ndarray], np.ndarray], v: np.ndarray) -> np.ndarray:
