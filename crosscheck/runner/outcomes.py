@@ -24,15 +24,22 @@ DIED = "Died"  # kind of failure if a task's process ended without a result
 class Failure:
     """Why there is no result: the exception's name and message; the traceback of a user's code.
 
-    unfinished: whether the work was stopped before it had an answer, right or wrong.
+    unfinished: whether the work was stopped before it had an answer, right or wrong; place: the
+    state at which the exception was raised, in words.
     """
 
     kind: str
     message: str
     trace: str = ""
     unfinished: bool = False
+    place: str = ""
 
     def __str__(self) -> str:
+        return f"{self.reason} ({self.place})" if self.place else self.reason
+
+    @property
+    def reason(self) -> str:
+        """The failure in words, without its place."""
         return f"{self.kind}: {self.message}" if self.message else self.kind
 
 

@@ -347,8 +347,7 @@ def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
 
 def describe_lost(part: str, why: Failure) -> str:
     """That a part did not answer, and why, without the state."""
-    words = str(why).split(f" ({part} at ")[0]
-    return f"{part} raised {words}" if why.trace else f"{part} did not answer: {words}"
+    return f"{part} raised {why.reason}" if why.trace else f"{part} did not answer: {why.reason}"
 
 
 def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:

@@ -6,7 +6,7 @@ import functools
 import inspect
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from traceback import StackSummary, TracebackException
 from types import CellType, CodeType, FunctionType, SimpleNamespace
@@ -356,8 +356,8 @@ def describe_failure(error: BaseException) -> Failure:
         for package in CALLING_PACKAGES
         if package in sys.modules
     }
-    base_failure, notes = failure_from_error(error), "; ".join(getattr(error, "__notes__", ()))
-    message = format_line(f"{base_failure.message} ({notes})" if notes else base_failure.message)
+    failure = failure_from_error(error)
+    place = format_line("; ".join(getattr(error, "__notes__", ())))
     whole = TracebackException.from_exception(error, compact=True)
     trace: TracebackException | None = whole
     users = False
@@ -368,4 +368,5 @@ def describe_failure(error: BaseException) -> Failure:
         trace.stack, trace.__notes__ = StackSummary.from_list(frames), []
         users = users or bool(frames)
         trace = trace.__cause__ or trace.__context__
-    return Failure(base_failure.kind, message, "".join(whole.format()) if users else "")
+    text = "".join(whole.format()) if users else ""
+    return replace(failure, message=format_line(failure.message), trace=text, place=place)
