@@ -64,6 +64,7 @@ from crosscheck.trial.input.equations import SINGLE, Equations, PartReading
 from crosscheck.trial.input.source_lines import has_literal
 from crosscheck.trial.input.supplied import (
     FRICTION,
+    PARTS_OF_MOTION,
     SuppliedEquations,
     bind_equations,
     find_part_reading,
@@ -398,7 +399,7 @@ def _find_reading(equations: Equations, arm: Arm) -> PartReading:
     """What parts of equations hold; nothing where they do not say so."""
     unread = replace(equations, reading=PartReading())
     bound = bind_equations(unread, arm, build_frame(equations.coordinates, arm))
-    if equations.coordinates.gearing != "rigid":
+    if equations.coordinates.gearing != "rigid" or not PARTS_OF_MOTION & bound.given:
         return PartReading()
     if equations.table is not None:
         return find_part_reading(bound)

@@ -209,9 +209,9 @@ class Equations:
         """These equations with the numbers of an arm. Raises InputError."""
         if self.rebuild is None:
             return self
-        rebuilt = replace(self.rebuild(arm, scenario), reading=self.reading)
-        is_found = self.find_code is None or rebuilt.find_code is not None
-        return rebuilt if is_found else replace(rebuilt, find_code=self.find_code)
+        rebuilt = self.rebuild(arm, scenario)
+        find_code = rebuilt.find_code or self.find_code
+        return replace(rebuilt, reading=self.reading, find_code=find_code)
 
 
 class CoordinatesFile(BaseModel):

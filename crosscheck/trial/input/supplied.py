@@ -95,8 +95,10 @@ class SuppliedEquations:
             force = joints.T @ torque
         else:
             force = self._call_part("force", t=t, x=x, v=v, torque=torque)
-        parts = sorted(part for part, held in self.held if held == FRICTION)
-        return force - self._find_friction(parts[0], x, v) if FRICTION in self.left else force
+        if FRICTION not in self.left:
+            return force
+        part = min(part for part, held in self.held if held == FRICTION)
+        return force - self._find_friction(part, x, v)
 
     def whole_force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """The force with the weights, whether these are in it or apart, shape (n,)."""

@@ -323,9 +323,10 @@ def list_further_outer_products(site: Site) -> Texts:
 
     Of an inertia, or of second moments.
     """
-    library = _find_numpy(site)
     kinds = map(site.tree.kind, _split_sum(site.node))
-    if not library or ("array", 3, 3) not in kinds or not site.is_sum_place(outer=True):
+    is_place = site.is_sum_place(outer=True) and ("array", 3, 3) in kinds
+    library = _find_numpy(site) if is_place else ""
+    if not library:
         return
     text = write_operand(site.node)
     leaves = list(site.scope.list_leaves(written=True))

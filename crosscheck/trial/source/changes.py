@@ -479,7 +479,8 @@ def list_near_sums(site: Site, *, whole: bool, written: bool) -> Texts:
     """A number of a formula and its like: both joints' rates for one's, an absolute angle.
 
     Also of a symbol that is differentiated: (a + b).diff(t) for b.diff(t). whole: in the place of
-    all that is called with or assigned, where no difference is usual.
+    all that is called with or assigned, where no difference is usual: whose sums are not listed
+    again.
     """
     above = site.tree.parent(site.parent)
     is_method = isinstance(site.parent, ast.Attribute) and isinstance(above, ast.Call)
@@ -489,8 +490,10 @@ def list_near_sums(site: Site, *, whole: bool, written: bool) -> Texts:
     if is_whole if whole else (is_part or is_whole):
         for other, kind in site.scope.list_leaves(written=written):
             if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
-                total = " + ".join(sorted((site.text, other)))
-                yield from [total] if whole else [total, f"{site.text} - {other}"]
+                if whole or not (is_whole and written):
+                    yield " + ".join(sorted((site.text, other)))
+                if not whole:
+                    yield f"{site.text} - {other}"
 
 
 def list_assignments(site: Site) -> Texts:

@@ -322,18 +322,12 @@ class EditSearch:
         The number is a product of what can be named there; times a rate it is friction.
         """
         for node, site in self._list_sites():
-            is_place = site.is_sum_place(outer=True)
-            if site.kind in (NUMBER, None) and (
-                site.is_whole_formula or (site.is_leaf and is_place)
-            ):
-                names = site.scope.list_own_leaves() if is_place else ()
-                for name in ("", *(name for name, kind in names if kind == NUMBER)):
-                    factor = f" * {name}" if name else ""
-                    text = f"{write_operand(node)} + {{}}{factor}"
-                    for (value,) in self._solve(node, text, [0.0]):
-                        for product in list_equal_products(site, value):
-                            summand = f"{site.text} {product}{factor}"
-                            yield Edit((SUMMAND_RANK, len(KINDS)), node, summand)
+            for factor in _list_factors(site):
+                text = f"{write_operand(node)} + {{}}{factor}"
+                for (value,) in self._solve(node, text, [0.0]):
+                    for product in list_equal_products(site, value):
+                        summand = f"{site.text} {product}{factor}"
+                        yield Edit((SUMMAND_RANK, len(KINDS)), node, summand)
 
     def _list_sites(self) -> Iterator[tuple[ast.expr, Site]]:
         """The expressions, as long as there is time."""
@@ -561,6 +555,17 @@ class EditSearch:
 
 
 get_badness = attrgetter("badness")
+
+
+def _list_factors(site: Site) -> Iterator[str]:
+    """What follows a number that a sum may lack: nothing, or a name that it is multiplied by."""
+    is_place = site.is_sum_place(outer=True)
+    is_formula = site.is_whole_formula or (site.is_leaf and is_place)
+    if is_formula and site.kind in (NUMBER, None):
+        yield ""
+        for name, kind in site.scope.list_own_leaves() if is_place else ():
+            if kind == NUMBER:
+                yield f" * {name}"
 
 
 def _choose_level(edit: Edit, verdict: EditVerdict) -> MendingEdit | None:
