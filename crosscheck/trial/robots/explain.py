@@ -79,7 +79,7 @@ def diagnose(
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
-    notes = list(_self_notes(problem, level, wrong))
+    notes = list(_self_notes(problem, level, entries))
     agreeing = [each.level for each in distances if not each.entries]
     notes += [f"all parts agree with {each}, not with {problem.stated}" for each in agreeing]
     notes += _lone_part_notes(entries, wrong, right)
@@ -306,17 +306,22 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
         yield f"wrong terms: {list_first(others)}"
 
 
-def _self_notes(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> Iterator[str]:
+def _self_notes(
+    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch]
+) -> Iterator[str]:
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
     if words := describe_asymmetry(problem, level):
         yield words
-    names, places = problem.names, problem.find_self_places("bias", level)
-    if "bias" in problem.self_differences and "bias" in wrong:
-        which = "" if "mass_matrix" in wrong else ", which is right"
+    names, rows = problem.names, problem.find_self_places("bias", level)
+    wrong_rows = {each.place.index for each in entries if each.part == "bias"}
+    is_matrix_wrong = "mass_matrix" in _wrong_parts(entries)
+    if "bias" in problem.self_differences and wrong_rows:
+        # Of a wrong M the right rows of the bias do not follow either.
+        places = [EntryPlace("bias", *row) for row in rows if row in wrong_rows]
         if places:
-            listed = list_entries([EntryPlace("bias", row) for (row,) in places], names)
-            yield f"bias does not follow from M{which}: {listed}"
-        elif "mass_matrix" in wrong:
+            which = "" if is_matrix_wrong else ", which is right"
+            yield f"bias does not follow from M{which}: {list_entries(places, names)}"
+        elif is_matrix_wrong and not rows:
             yield "bias follows from M: they are wrong together, by one cause"
     unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]
     for row, column in unlike[:1]:

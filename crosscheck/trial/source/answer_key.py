@@ -130,8 +130,12 @@ class AnswerKey:
 
     def has_number(self, number: float) -> bool:
         """Whether a number, or its opposite, stands in the file and is no usual factor."""
+        return self.has_signed_number(number) or self.has_signed_number(-number)
+
+    def has_signed_number(self, number: float) -> bool:
+        """Whether a number stands in the file, and is no usual factor."""
         near = EQUAL * abs(number)
-        is_there = any(abs(abs(number) - abs(each)) <= near for each in self.numbers)
+        is_there = any(abs(number - each) <= near for each in self.numbers)
         return is_there and abs(number) not in USUAL_FACTORS
 
     def format_entry(self, entry: Entry) -> str:

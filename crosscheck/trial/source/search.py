@@ -419,12 +419,16 @@ class EditSearch:
         return []
 
     def _list_equivalents(self, pair: Sequence[MendingEdit]) -> list[MendingEdit]:
-        """Edits of the same statement that mend what one of a pair mends, the likeliest first."""
+        """Edits of the same statement that mend what one of a pair mends, the likeliest first.
+
+        A sum with the other sign is none: where it does the same, the sign makes no difference.
+        """
         groups = {(id(self.tree.statement(each.edit.node)), each.wrong) for each in pair}
         others = (
             each
             for each in sorted(self.mending, key=get_badness)
-            if each not in pair and (id(self.tree.statement(each.edit.node)), each.wrong) in groups
+            if not (each in pair or each.edit.text.startswith("-("))
+            and (id(self.tree.statement(each.edit.node)), each.wrong) in groups
         )
         return list(islice(others, MOST_ALTERNATIVES))
 
@@ -546,11 +550,12 @@ class EditSearch:
     def _describe_edit(self, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
         """The record of an edit, with whether it puts a number of the file where another stood."""
         described = describe_edit(self.tree, edit, entries)
-        has_number = self.answer_keys[0].has_number
+        key = self.answer_keys[0]
         try:
             old, new = map(float, (described.removed, described.added))
         except ValueError:  # no numbers
             return described
+        has_number = key.has_signed_number if new == -old else key.has_number
         return replace(described, is_stated=has_number(new) and not has_number(old))
 
 

@@ -451,6 +451,22 @@ def make():
     assert "lc2 * q[1] should be 2 * lc2 * q[1]" in [each.remedy for each in answer.alternatives]
 
 
+def test_an_edit_that_changes_the_sign_of_a_square_is_not_offered(tmp_path):
+    text = """
+def make():
+    h, L, k, a = 0.35, 1.6, 1.3, 0.12
+    def turn(q):
+        r = h + L * q[0] - a * q[1]
+        return [r**2]
+    def pull(q):
+        return [k * q[1]]
+    return {"turn": turn, "pull": pull}
+"""
+    answer = search(tmp_path, text, ("- a", "+ a"), ("[k *", "[-k *"))
+    assert len(answer.edits) == 2
+    assert not answer.alternatives
+
+
 def test_an_error_that_another_one_hides_is_found_once_that_is_mended(tmp_path):
     """Of two in weights, the second mends no entry as long as the first is there."""
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("s * q[1]", "s * q[0]"))
@@ -543,7 +559,8 @@ def test_no_product_of_a_vector_by_itself_stands_for_nothing(tmp_path):
     assert not any(re.search(r"cross\((\w+), \1\)", each) for each in written), written
 
 
-OF_FILE = ", as in the file, or the file's 1.7 should be 1.93"
+OF_FILE = "1.93 should be 1.7, as in the file, or the file's 1.7 should be 1.93"
+OTHER_SIGN = "-1.7 should be 1.7, as in the file, or the file's 1.7 should be -1.7"
 
 
 @pytest.mark.parametrize(
@@ -552,7 +569,9 @@ OF_FILE = ", as in the file, or the file's 1.7 should be 1.93"
         ((), "1.7 * e", "1.7 should be 2.11"),
         ((1.7,), "1.7 * e", "1.7 * e should be 1.7 * e + e ** 2"),
         ((1.93,), "1.93 * e + e * e", "1.93 should be 1.7"),
-        ((1.7,), "1.93 * e + e * e", f"1.93 should be 1.7{OF_FILE}"),
+        ((1.7,), "1.93 * e + e * e", OF_FILE),
+        ((1.7,), "-1.7 * e + e * e", OTHER_SIGN),
+        ((1.7, -1.7), "-1.7 * e + e * e", "-1.7 should be 1.7"),
     ],
 )
 def test_numbers_of_the_file_are_solved_for_where_nothing_else_mends(
