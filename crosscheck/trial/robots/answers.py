@@ -245,10 +245,9 @@ def ask(
     again = {quantity: part_blocks[AGAIN][::-1] for quantity, part_blocks in answers.items()}
     weightless = whole is not None and "gravity" not in derived
     values = derived | values
-    rounding = TOLERANCE * sizes.force
     torques = states.torques - (0 if holds_friction else friction.torques(states.v))
-    driven = {"gravity", "force"} <= set(values) and bool(
-        (np.abs(values["force"] - torques) <= rounding).all()
+    driven = {"gravity", "force"} <= set(values) and not _holds_weights(
+        values["force"] - torques, robot, states, sizes
     )
     return RobotAnswers(
         values, again, sources, other_speeds, failures, weightless, driven, holds_friction
@@ -330,6 +329,15 @@ def make_blocks(part: str, states: RandomStates, sizes: RobotSizes) -> dict[Bloc
             a[:, joint] = sizes.unit_accelerations[:, joint]
             blocks[joint,] = states._replace(v=0 * states.v, a=a)
     return blocks
+
+
+def _holds_weights(
+    force: np.ndarray, robot: Robot, states: RandomStates, sizes: RobotSizes
+) -> bool:
+    """Whether a force less the motors' torques (states, n) is nearer to the weights than to 0."""
+    weights = AnalyticRobot(robot, "links").gravity(states.q)
+    with_them, without = (np.abs(each / sizes.force).sum() for each in (force + weights, force))
+    return bool(with_them < without)
 
 
 def _has_weights(robot: Robot, states: RandomStates, sizes: RobotSizes) -> bool:

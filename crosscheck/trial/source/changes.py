@@ -214,7 +214,7 @@ def list_constants(site: Site) -> Texts:
     steps = [value + 1, value - 1] if value == int(value) else []
     others = [*steps, -value, 2 * value, value / 2, 0, 1, 2]
     if isinstance(value, float):
-        converted = [value * unit for unit in UNITS]
+        converted = [float(f"{value * unit:.15g}") for unit in UNITS]
         others += [*converted, *(float(f"{each:.2g}") for each in converted)]
     for other in dict.fromkeys(others):
         is_whole = isinstance(value, int) and other == int(other)
@@ -344,8 +344,9 @@ def _split_formula(node: ast.expr) -> list[str]:
 
 
 def list_multiples(site: Site) -> Texts:
-    """Twice and half of a whole term, and nothing where it is no summand."""
-    if site.is_term and not is_sum(site.node):
+    """Twice and half of a whole term, and nothing where it is no summand; so of what is squared."""
+    is_base = is_power(site.parent) and is_product(site.node)
+    if (site.is_term and not is_sum(site.node)) or is_base:
         if not is_sum(site.parent) and site.kind in (NUMBER, None) and not site.is_leaf:
             yield "0"
         yield f"2 * {write_operand(site.node) if is_power(site.node) else site.text}"

@@ -176,7 +176,8 @@ def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
         if kind.rank == rank:
             for site in sites:
                 if isinstance(site.node, ast.expr | ast.stmt):
+                    likelihood = rank, place + site.is_datum * len(KINDS)
                     for text in kind.list_texts(site):
-                        yield Edit((rank, place), site.node, text, is_slice=kind.are_slices)
+                        yield Edit(likelihood, site.node, text, is_slice=kind.are_slices)
     if rank == MOVE_RANK:
         yield from list_moves(tree, (rank, len(KINDS)))

@@ -216,14 +216,15 @@ class EditSearch:
         """
         if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
             return None  # they are right
+        is_formula = not self.tree.is_datum(node)  # where people err more often
         above: ast.AST | None = node
         while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
             response = self.responses.get(id(above))
             if response is not None:
                 is_clean = response.moves_all_wrong and (is_added or not response.moves_right)
-                return is_clean if response.moves_wrong else None
+                return is_clean and is_formula if response.moves_wrong else None
             above = self.tree.parent(above)
-        return True
+        return is_formula
 
     def _measure_responses(self) -> dict[int, Response]:
         """What moves with the values of expressions, by their identity, where that can be seen.
@@ -319,13 +320,16 @@ class EditSearch:
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, or the same times a name of the function.
 
-        The number is a product of what can be named there; times a rate it is friction.
+        The number is a product of what can be named there; times a rate it is friction. On one
+        mechanism alone nothing tells a product from others that are as large: the shortest are
+        taken.
         """
+        are_shortest = not self.judge.is_unequal
         for node, site in self._list_sites():
             for factor in _list_factors(site):
                 text = f"{write_operand(node)} + {{}}{factor}"
                 for (value,) in self._solve(node, text, [0.0]):
-                    for product in list_equal_products(site, value):
+                    for product in list_equal_products(site, value, are_shortest=are_shortest):
                         summand = f"{site.text} {product}{factor}"
                         yield Edit((SUMMAND_RANK, len(KINDS)), node, summand)
 
@@ -419,18 +423,34 @@ class EditSearch:
         return []
 
     def _list_equivalents(self, pair: Sequence[MendingEdit]) -> list[MendingEdit]:
-        """Edits of the same statement that mend what one of a pair mends, the likeliest first.
-
-        A sum with the other sign is none: where it does the same, the sign makes no difference.
-        """
-        groups = {(id(self.tree.statement(each.edit.node)), each.wrong) for each in pair}
+        """Edits of the same statement that mend what one of a pair mends, the likeliest first."""
+        firsts = {(id(self.tree.statement(each.edit.node)), each.wrong): each for each in pair}
         others = (
             each
             for each in sorted(self.mending, key=get_badness)
-            if not (each in pair or each.edit.text.startswith("-("))
-            and (id(self.tree.statement(each.edit.node)), each.wrong) in groups
+            if each not in pair
+            and (first := firsts.get((id(self.tree.statement(each.edit.node)), each.wrong)))
+            and self._is_as_plain(each, first)
         )
         return list(islice(others, MOST_ALTERNATIVES))
+
+    def _is_as_plain(self, other: MendingEdit, first: MendingEdit) -> bool:
+        """Whether an edit needs no more names than another one, and does not negate a sum.
+
+        Who writes more for the same says nothing else, and where a sum may have the other sign, the
+        sign makes no difference.
+        """
+        is_negated = other.edit.text.startswith("-(")
+        growth, usual = (self._count_new_names(each.edit) for each in (other, first))
+        return growth <= max(usual, 0) and not is_negated
+
+    def _count_new_names(self, edit: Edit) -> int:
+        """How many more names and elements a statement reads with an edit."""
+
+        def count_names(node: ast.AST) -> int:
+            return sum(isinstance(each, ast.Name) for each in ast.walk(node))
+
+        return count_names(edit.parse()) - count_names(edit.node)
 
     @cached_property
     def pair(self) -> MendingPair | None:
@@ -522,6 +542,7 @@ class EditSearch:
         if not edits:
             return None
         first, *others = edits
+        others = [each for each in others if self._is_as_plain(each, first)]
         return SourceAnswer(
             (self._describe(first),),
             tuple(map(self._describe, others[:MOST_ALTERNATIVES])),

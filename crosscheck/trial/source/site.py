@@ -48,6 +48,11 @@ class Site:
         return False
 
     @cached_property
+    def is_datum(self) -> bool:
+        """Whether its statement gives names numbers, and reads nothing."""
+        return self.tree.is_datum(self.node)
+
+    @cached_property
     def is_value(self) -> bool:
         """Whether it is a value that is computed with, and no part of a name."""
         if isinstance(self.node, LEAF):

@@ -64,13 +64,17 @@ def is_round(value: float, digits: int) -> bool:
     return rest <= EQUAL * abs(value) or abs(value) < SOLVED
 
 
-def list_equal_products(site: Site, value: float) -> Iterator[str]:
+def list_equal_products(site: Site, value: float, *, are_shortest: bool) -> Iterator[str]:
     """Products of a few numbers that a site can name, with their sign, which have a value.
 
-    Among them a mass times the square of a distance: of a difference of two.
+    Among them a mass times the square of a distance: of a difference of two. are_shortest: whether
+    only those of as few numbers as possible.
     """
     numbers = dict(islice(_list_numbers(site), MOST_NAMES))
+    has_any = False
     for count in range(1, MOST_FACTORS + 1):
+        if are_shortest and has_any:
+            return
         for texts in combinations_with_replacement(sorted(numbers), count):
             product = float(np.prod([numbers[text] for text in texts]))
             for factor, written in FACTORS.items():
@@ -78,6 +82,7 @@ def list_equal_products(site: Site, value: float) -> Iterator[str]:
                     sign = "+" if value * product > 0 else "-"
                     powers = Counter(texts).items()
                     named = (text if power == 1 else f"{text} ** {power}" for text, power in powers)
+                    has_any = True
                     yield f"{sign} {written}{' * '.join(named)}"
     for (a, end), (b, begin) in combinations(numbers.items(), 2):
         for text, number in numbers.items() if end != begin else ():

@@ -176,6 +176,12 @@ class SourceTree:
             node = self.places[id(node)][0]
         return node
 
+    def is_datum(self, node: ast.AST) -> bool:
+        """Whether the statement of a node gives names numbers, and reads nothing."""
+        around = self.statement(node)
+        is_assignment = isinstance(around, ast.Assign | ast.AnnAssign)
+        return is_assignment and not any(map(self.is_leaf, ast.walk(around)))
+
     def list_lines(self, node: ast.AST) -> range:
         """Numbers of the lines of a node's statement, of one with a body of its first line."""
         around = self.statement(node)
