@@ -101,6 +101,17 @@ def test_a_torque_that_is_nowhere_is_reported_with_what_to_state():
     assert told in trial.notes
 
 
+@pytest.mark.parametrize("holds_weights", [False, True])
+def test_beside_gravity_only_the_wrong_row_of_a_force_is_wrong(holds_weights):
+    """Whether it holds the weights too is read from what it is nearer to."""
+
+    def push(q: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        return torque * [1, 1.3] - two_link.gravity(q) * holds_weights
+
+    trial = run_robot_trial(two_link.right(force=push), two_link.robot())
+    assert [entry.name for entry in trial.diagnosis.entries] == ["force[j2]"]
+
+
 def test_a_function_of_one_number_finds_its_motor():
     """The cart's force alone, as textbooks write it: no drive needs to be stated."""
     trial = run_robot_trial(

@@ -317,7 +317,7 @@ def _self_notes(
     is_matrix_wrong = "mass_matrix" in _wrong_parts(entries)
     if "bias" in problem.self_differences and wrong_rows:
         # Of a wrong M the right rows of the bias do not follow either.
-        places = [EntryPlace("bias", *row) for row in rows if row in wrong_rows]
+        places = [EntryPlace("bias", row) for (row,) in rows if (row,) in wrong_rows]
         if places:
             which = "" if is_matrix_wrong else ", which is right"
             yield f"bias does not follow from M{which}: {list_entries(places, names)}"

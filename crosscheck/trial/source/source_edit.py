@@ -11,10 +11,12 @@ from typing import Any
 
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.site import get_sign, is_sum
+from crosscheck.trial.source.style import imitate
 from crosscheck.trial.source.syntax import SourceTree
 
 MOST_NAMED = 2  # entries of a list in a sentence
-LONG = 20  # characters of a formula that is not shown for the sign of its last summand
+# Characters of a formula that is not shown whole where little space is, and in sentences.
+LONG, VERY_LONG = 20, 40
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,16 @@ class SourceEdit:
 
     @property
     def remedy(self) -> str:
+        """The edit, in words, without the ends that very long old and new text share."""
+        return self._shorten(VERY_LONG).whole_remedy
+
+    @property
+    def short_remedy(self) -> str:
+        """The same, also of text that is less long."""
+        return self._shorten(LONG).whole_remedy
+
+    @property
+    def whole_remedy(self) -> str:
         """The edit, in words."""
         if self.move:
             return f"{self.old} should stand {self.move}"
@@ -66,12 +78,11 @@ class SourceEdit:
         stated = f", as in the file, or the file's {self.added} should be {self.removed}"
         return f"{self.old} should be {self.new}{stated * self.is_stated}"
 
-    @property
-    def short_remedy(self) -> str:
-        """The remedy without the ends that a long old and new text share."""
+    def _shorten(self, least: int) -> SourceEdit:
+        """The edit without the ends that old and new text share, where both are so long."""
         texts = self.old, self.new
-        if self.move or not self.removed or min(map(len, texts)) < LONG:
-            return self.remedy
+        if self.move or not self.removed or min(map(len, texts)) < least:
+            return self
         spans = [list(re.finditer(r"[\w.]+|\*\*|\S", text)) for text in texts]
         words = [[span[0] for span in each] for each in spans]
         first = _count_equal(*words)
@@ -82,8 +93,8 @@ class SourceEdit:
             for text, each in zip(texts, middle, strict=True)
         )
         if not old or any(each.count("(") != each.count(")") for each in (old, new)):
-            return self.remedy
-        return replace(self, old=old, new=new).remedy
+            return self
+        return replace(self, old=old, new=new)
 
 
 @dataclass(frozen=True)
@@ -187,9 +198,9 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     end = lines[last - 1].encode()[node.end_col_offset :].decode()
     around, old, outer = tree.parent(node), _read_text(tree, node), node
     removed = ast.get_source_segment(tree.code.text, node) or ""
-    new = ast.unparse(other)
+    new = imitate(ast.unparse(other), before)
     if "#" not in removed:  # what stays of the expression stays as it is written
-        new = new.replace(ast.unparse(node), old, 1)
+        new = new.replace(imitate(ast.unparse(node), before), old, 1)
     # Python says where parentheses are needed; those that are there already stay.
     is_bare = not (start.rstrip().endswith("(") and end.lstrip().startswith(")"))
     needs_parentheses = isinstance(around, ast.expr) and _needs_parentheses(tree, edit, around)

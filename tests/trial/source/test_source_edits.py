@@ -451,6 +451,30 @@ def make():
     assert "lc2 * q[1] should be 2 * lc2 * q[1]" in [each.remedy for each in answer.alternatives]
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "remedy"),
+    [
+        ("(2*p/h)**2", "(p/h)**2", "p/h should be 2*p/h"),
+        ("-b*q[1]", "b*q[1]", "b*q[1] should be -b*q[1]"),
+        ("k*q[0] + 2.5e-1*b", "b*q[0] + 2.5e-1*b", "b*q[0] should be k*q[0]"),
+    ],
+)
+def test_a_formula_is_doubted_before_the_numbers_in_it(tmp_path, right, wrong, remedy):
+    """And what should stand there is written as the file is."""
+    text = """
+p, h, b, k = 3.1, 0.01, 0.5, 1.3
+
+def make():
+    def lift(q):
+        return [(2*p/h)**2*q[0], k*q[0] + 2.5e-1*b]
+    def pull(q):
+        return [k*q[0], -b*q[1]]
+    return {"lift": lift, "pull": pull}
+"""
+    answer = search(tmp_path, text, (right, wrong))
+    assert [each.remedy for each in answer.edits] == [remedy]
+
+
 def test_an_edit_that_changes_the_sign_of_a_square_is_not_offered(tmp_path):
     text = """
 def make():
