@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from functools import partial, partialmethod
+from functools import lru_cache, partial, partialmethod
 from numbers import Real
 from typing import Any
 
@@ -23,6 +23,7 @@ MODULES = (
 )  # fmt: skip
 LIBRARIES = (None, "numpy", "math", ["numpy"], ["math"])  # of lambdify, whose functions are alike
 VECTOR = (3,)  # shape
+MOST_DERIVATIVES = 100_000  # that are remembered
 _cross_arrays = np.cross
 
 
@@ -30,7 +31,8 @@ def quicken_libraries() -> None:
     """Quicken NumPy's cross products, and SymPy's functions if it is loaded, for good.
 
     Simplifying takes seconds, and is left out; what lambdify returns is written when it is needed;
-    numbers take the places of symbols in one pass; np.cross takes as long as ten products.
+    numbers take the places of symbols in one pass; derivatives are remembered, for an edit changes
+    those of a summand; np.cross takes as long as ten products.
     """
     vars(np)["cross"] = cross_vectors
     for module in filter(None, map(sys.modules.get, MODULES)):
@@ -45,6 +47,15 @@ def quicken_libraries() -> None:
 
         for kind in (sp.Basic, sp.MatrixBase):
             kind.subs = partialmethod(_substitute, kind.subs)
+        sp.Expr.diff = partialmethod(_differentiate, lru_cache(MOST_DERIVATIVES)(sp.Expr.diff))
+
+
+def _differentiate(expression: Any, recall: Callable[..., Any], *by: Any, **more: Any) -> Any:
+    """What SymPy's diff returns, of the same only once."""
+    try:
+        return recall(expression, *by, **more)
+    except TypeError:  # of what has no hash, as a list
+        return recall.__wrapped__(expression, *by, **more)
 
 
 def _substitute(expression: Any, substitute: Callable[..., Any], *pairs: Any, **more: Any) -> Any:
