@@ -69,7 +69,11 @@ def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> Ans
     right = {each: _ask_reference(problem, each) for each in levels}
     values = list_leaf_values(arm.model_dump(mode="json"))
     numbers = frozenset(each for each in values if isinstance(each, float))
-    return AnswerKey(bind, right, frame.names, numbers, build)
+    weighed = None
+    if "force" in problem.has and not problem.has_gravity:
+        apart = replace(problem, has=problem.has - {"force"} | {"gravity"})
+        weighed = _make_answer_key(apart, levels)
+    return AnswerKey(bind, right, frame.names, numbers, build, weighed=weighed)
 
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:

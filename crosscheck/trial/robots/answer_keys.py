@@ -165,8 +165,18 @@ def _make_answer_key(
     right = {
         str(each): _select_answers(problem, each, holds) for each in levels if each in problem.sizes
     }
-    numbers = frozenset(_list_numbers(robot))
-    return AnswerKey(bind, right, problem.names, numbers, build, bind_symbols)
+    weighed, numbers = None, frozenset(_list_numbers(robot))
+    if problem.equations.force is not None and "gravity" not in problem.answers.values:
+        weighed = _make_answer_key(_separate_weights(problem), level, robot, {})
+    return AnswerKey(bind, right, problem.names, numbers, build, bind_symbols, weighed)
+
+
+def _separate_weights(problem: RobotProblem) -> RobotProblem:
+    """The problem of equations whose weights are a part, and no summand of the force."""
+    equations = replace(problem.equations, force=None, gravity=problem.equations.force)
+    values = {**problem.answers.values, "gravity": problem.answers.values["force"]}
+    del values["force"]
+    return replace(problem, equations=equations, answers=replace(problem.answers, values=values))
 
 
 def _list_numbers(robot: Robot) -> Iterator[float]:

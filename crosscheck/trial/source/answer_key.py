@@ -110,6 +110,8 @@ class AnswerKey:
         build: Makes equations alone, of those that may have symbols. It raises what their code
             raises.
         bind_symbols: Makes functions of equations in symbols; None where they do so for an arm.
+        weighed: The key of equations whose weights are a part, where those of these are a summand
+            of the force.
         exchanged: Numbers of code that has them for the file's, with those of this mechanism.
         equal: Those of them that may stand for another: of several things, or a formula's too.
     """
@@ -120,6 +122,7 @@ class AnswerKey:
     numbers: frozenset[float] = frozenset()
     build: Callable[[Any], Equations] | None = None
     bind_symbols: Callable[[Equations], Equations] | None = None
+    weighed: AnswerKey | None = None
     exchanged: Mapping[float, float] = field(default_factory=dict)
     equal: frozenset[float] = frozenset()
 

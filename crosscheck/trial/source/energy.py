@@ -336,56 +336,41 @@ def _make_equations(
     kinetic, potential = (sp.Matrix([expressions[place], *zeros]) for place in (0, -1))
     stated = _use_numbers(symbolic.values if numbers is None else numbers)
     inner = from_sympy(x, v, bias=kinetic, force=potential, values=stated, coordinates=coordinates)
-    weighs = bool(roles.potential) and symbolic.gravity is None  # within a force
 
-    def complete(bound: Equations, whole: Equations | None) -> Equations:
-        """The equations of energies, bound to a mechanism, with the whole ones' other forces."""
+    def complete(bound: Equations) -> Equations:
+        """The equations of energies that are bound to a mechanism."""
         assert bound.bias is not None  # as inner has both
         assert bound.force is not None
         mass = functools.partial(_compute_mass_matrix, bound.bias)
         gravity = functools.partial(_compute_gravity, bound.force, roles.sign)
-        made = Equations(
+        return Equations(
             mass_matrix=(lambda x: mass(x)) if roles.kinetic else None,
+            gravity=(lambda x: gravity(x)) if roles.potential else None,
             coordinates=bound.coordinates,
         )
-        if whole is not None:
-            return replace(made, force=_hold_weights(whole, gravity))
-        return replace(made, gravity=lambda x: gravity(x)) if roles.potential else made
-
-    def rebuild(arm: Arm, scenario: Scenario | None) -> Equations:
-        whole = equations.adapt_to_arm(arm, scenario) if weighs else None
-        return complete(inner.adapt_to_arm(arm, scenario), whole)
 
     if bind_symbols is not None:
-        return complete(bind_symbols(inner), bind_symbols(equations) if weighs else None)
+        return complete(bind_symbols(inner))
+
+    def rebuild(arm: Arm, scenario: Scenario | None) -> Equations:
+        return complete(inner.adapt_to_arm(arm, scenario))
+
     return Equations(bias=inner.bias, coordinates=inner.coordinates, rebuild=rebuild)
 
 
-def _hold_weights(
-    equations: Equations, gravity: Callable[[np.ndarray], np.ndarray]
-) -> Callable[..., np.ndarray]:
-    """The force of equations with other weights in it."""
-    force, symbolic = equations.force, equations.symbolic
-    assert force is not None  # which has the weights
-    assert symbolic is not None  # as it was made of symbols
-
-    def add(t: float, x: np.ndarray, v: np.ndarray, *torque: np.ndarray) -> np.ndarray:
-        at_rest = force(t, x, 0 * v, *(0 * each for each in torque))
-        return np.ravel(force(t, x, v, *torque) - at_rest) - gravity(x)
-
-    if symbolic.torque:
-        return lambda t, x, v, torque: add(t, x, v, torque)
-    return lambda t, x, v: add(t, x, v)
-
-
 def _compute_mass_matrix(energy: Callable[..., np.ndarray], x: np.ndarray) -> np.ndarray:
-    """M of an energy that is quadratic in v: of the energies of two rates, less those of each."""
+    """M of an energy that is quadratic in v: of the energies of two rates, less those of each.
+
+    Raises ValueError for one that is another at opposite rates: what is linear in them is in no M.
+    """
     unit = np.eye(len(x))
 
     def evaluate(v: np.ndarray) -> float:
         return float(energy(x, v)[0, 0])
 
-    rest, single = evaluate(0 * x), [evaluate(v) for v in unit]
+    rest, single, opposite = evaluate(0 * x), [*map(evaluate, unit)], [*map(evaluate, -unit)]
+    if not np.allclose(single, opposite, rtol=CLOSE, atol=0.0):
+        raise ValueError("a kinetic energy is the same at opposite rates")
     both = np.array([[evaluate(a + b) for b in unit] for a in unit])
     return both - np.add.outer(single, single) + rest
 

@@ -47,15 +47,23 @@ def quicken_libraries() -> None:
 
         for kind in (sp.Basic, sp.MatrixBase):
             kind.subs = partialmethod(_substitute, kind.subs)
-        sp.Expr.diff = partialmethod(_differentiate, lru_cache(MOST_DERIVATIVES)(sp.Expr.diff))
+        differentiate = sp.Expr.diff
+        recall = lru_cache(MOST_DERIVATIVES)(differentiate)
+        sp.Expr.diff = partialmethod(_differentiate, recall, differentiate)
 
 
-def _differentiate(expression: Any, recall: Callable[..., Any], *by: Any, **more: Any) -> Any:
+def _differentiate(
+    expression: Any,
+    recall: Callable[..., Any],
+    differentiate: Callable[..., Any],
+    *by: Any,
+    **more: Any,
+) -> Any:
     """What SymPy's diff returns, of the same only once."""
     try:
         return recall(expression, *by, **more)
     except TypeError:  # of what has no hash, as a list
-        return recall.__wrapped__(expression, *by, **more)
+        return differentiate(expression, *by, **more)
 
 
 def _substitute(expression: Any, substitute: Callable[..., Any], *pairs: Any, **more: Any) -> Any:

@@ -103,13 +103,13 @@ class EditSearch:
     Args:
         code: The source.
         answer_keys: What it must answer.
-        is_whole: Whether it is all of the code, and not what leads to its energies.
+        whole: The search of all of the code, where it is what leads to its energies.
     """
 
     def __init__(
-        self, code: UserCode, answer_keys: Sequence[AnswerKey], *, is_whole: bool = True
+        self, code: UserCode, answer_keys: Sequence[AnswerKey], whole: EditSearch | None = None
     ) -> None:
-        self.begun_s, self.is_whole = time.process_time(), is_whole
+        self.begun_s, self.whole = time.process_time(), whole
         self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
@@ -120,8 +120,8 @@ class EditSearch:
         self.budget_s = BUDGET_S
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
         self.responses = {} if self.judge.is_slow else self._measure_responses()
-        self.energies = self._find_energies() if is_whole else None
-        if self.energies is not None or not is_whole or self.judge.making_s > DERIVING_S:
+        self.energies = self._find_energies() if whole is None else None
+        if self.energies or whole or self.judge.making_s > DERIVING_S:
             self.budget_s = DERIVING_BUDGET_S
         self.energy_search = self._make_energy_search()
 
@@ -148,8 +148,9 @@ class EditSearch:
         if self.energies is None:
             return None
         # Other forces than the weights keep their numbers.
-        answer_keys = [each for each in self.answer_keys if not each.exchanged]
-        search = EditSearch(self.energies.code, answer_keys, is_whole=False)
+        keys = [each for each in self.answer_keys if not each.exchanged]
+        answer_keys = [each.weighed or each for each in keys]
+        search = EditSearch(self.energies.code, answer_keys, self)
         return search if search.judge.states else None
 
     @property
@@ -182,7 +183,6 @@ class EditSearch:
             return
         if self.energy_search is not None:
             self.energy_search.try_rank(rank, is_likely=is_likely)
-            self._judge_edits(each.edit for each in self.energy_search.answers)
             return
         if rank not in self.edits:
             self.edits[rank] = [
@@ -368,7 +368,10 @@ class EditSearch:
         return [values.tolist() for values in (whole, *singles) if values is not None]
 
     def _judge_edits(self, edits: Iterable[Edit]) -> None:
-        """Judge edits and keep those that mend anything; of energies until one makes all right."""
+        """Judge edits and keep those that mend anything; of energies until one makes all right.
+
+        What makes M and weights of energies right may be no energy: that is judged on the whole.
+        """
         for edit, edited in self._compile_batches(edits):
             verdict = self._judge(edited)
             if verdict is None:
@@ -380,8 +383,10 @@ class EditSearch:
             # Where the code takes its numbers from the mechanism, what fits this alone is chance.
             if not (self.judge.is_certain and mending.wrong and mending.is_right_here):
                 self.mending.append(mending)
-            if self.answers and not self.is_whole:
-                return
+            if self.whole is not None and mending.level == self.judge.level and not mending.wrong:
+                self.whole._judge_edits([edit])
+                if self.whole.answers:
+                    return
 
     def _judge(self, edited: EditedCode) -> EditVerdict | None:
         """What edited code mends; None if it fails."""

@@ -9,6 +9,7 @@ import pickle
 import sys
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from types import CodeType, ModuleType
 from typing import Any
 
@@ -127,6 +128,15 @@ def _is_current(statement: ast.stmt, names: Names) -> bool:
     try:
         exec(compile(ast.Module([statement], []), "", "exec"), again)
         targets = [*_list_names(_compile(statement), "STORE")]
-        return all(pickle.dumps(again[name]) == pickle.dumps(names[name]) for name in targets)
+        return all(_are_equal(again[name], names[name]) for name in targets)
     except Exception:  # it takes what is there no more, or makes what cannot be compared
         return True
+
+
+def _are_equal(made: Any, value: Any) -> bool:
+    """Whether two data are equal, also symbols, which remember what they were asked."""
+    if pickle.dumps(made) == pickle.dumps(value):
+        return True
+    with suppress(ValueError):  # of arrays
+        return bool(made == value)
+    return False

@@ -1,10 +1,15 @@
 """Lines of derivations by SymPy: what stands before the energies is judged by the energies."""
 
+import ast
+
 import pytest
+import sympy as sp
+from sympy.core.cache import clear_cache
 
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.testing import try_equations
+from crosscheck.trial.source.statements import select_statements
 from tests.robots import chains
 
 LAGRANGE = """
@@ -110,6 +115,29 @@ def test_the_energies_of_a_robot_and_the_numbers_behind_them_are_edited(tmp_path
     file.write_text(text, encoding="utf-8")
     (edit,) = try_equations(f"{file}:model", chains.robot(chains.BOB)).change.edits
     assert edit.line == text[: text.index(wrong)].count("\n") + 1
+
+
+def test_equal_symbols_are_what_a_statement_makes():
+    """Also if they are objects of their own, which pickle tells from one that is there twice."""
+    body, (x, y) = ast.parse("Q = [x - y, x - y]").body, sp.symbols("x y")
+    first = x - y
+    clear_cache()
+    names = {"x": x, "y": y, "Q": [first, x - y]}
+    assert select_statements("mine.py", body, names, {"Q"}, []) == body
+    assert select_statements("mine.py", body, names | {"Q": [y - x, first]}, {"Q"}, []) == []
+
+
+def test_a_force_beside_right_energies_is_edited(tmp_path):
+    text = OF_ROBOT.replace(
+        "model = from_sympy([q], [v], mass_matrix=M, bias=C, gravity=G, values=numbers)",
+        'tau = sp.Symbol("tau")\nQ = [tau - tau**2 - G[0]]\n'
+        "model = from_sympy([q], [v], mass_matrix=M, forcing=sp.Matrix(Q), torque=[tau],"
+        " values=numbers)\nassert Q[0].is_real is None",
+    )
+    file = tmp_path / "mine.py"
+    file.write_text(text, encoding="utf-8")
+    (edit,) = try_equations(f"{file}:model", chains.robot(chains.BOB)).change.edits
+    assert edit.line == text[: text.index("tau**2")].count("\n") + 1
 
 
 LAMBDIFIED = """
