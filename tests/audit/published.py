@@ -59,7 +59,7 @@ def list_unrecorded(html: str, records: Any) -> Iterator[str]:
         text = re.sub(CONDITIONS, "", line)
         for found in re.finditer(QUANTITY, text):
             token = Token.of(found)
-            if token.unit and not any(token.shows(value, digits=1) for value in known):
+            if token.unit and not any(token.shows(value) for value in known):
                 yield f"{found[0]} in {text[max(found.start() - 60, 0) : found.end() + 20]}"
 
 

@@ -37,6 +37,8 @@ def derive_numbers(comparison: RecordComparison) -> Iterator[tuple[str, float]]:
         own = f"windows[{number}]"
         yield f"start of {own}", float(each.time[0])
         yield f"end of {own}", float(each.time[-1])
+        yield f"stay of {own}", each.stays_s
+        yield f"share within of {own}", each.within
         parts = np.square((each.numerical, each.data, each.inputs))
         for joint, value in enumerate(np.sqrt(parts.sum(axis=0))[-1]):
             yield f"u_val of {own}[{joint}]", float(value)

@@ -44,17 +44,20 @@ class Token(NamedTuple):
         """The number in its unit without a prefix."""
         return float(self.text) * scale_of(self.unit)[1]
 
-    def shows(self, value: float, digits: int = 2) -> bool:
-        """Whether it is a value, rounded to its digits; digits: the fewest, or 0."""
-        if isinstance(value, int) or not value:
-            return self.value == value
+    @property
+    def half_step(self) -> float:
+        """Half of its last digit, in that unit."""
         mantissa, _, exponent = self.text.partition("e")
         places = -len(mantissa.partition(".")[2])
         if not places and not exponent:
             places = len(mantissa) - max(len(mantissa.rstrip("0")), 1)
-        half = 0.5000001 * 10.0 ** (places + int(exponent or 0)) * scale_of(self.unit)[1]
-        fewest = 0.51 * 10 ** (1 - digits) * abs(value) if digits else np.inf
-        return bool(abs(self.value - value) <= min(half, fewest))
+        return 0.5000001 * 10.0 ** (places + int(exponent or 0)) * scale_of(self.unit)[1]
+
+    def shows(self, value: float) -> bool:
+        """Whether it is a value, rounded to its digits, of which one is right."""
+        if isinstance(value, int) or not value:
+            return self.value == value
+        return bool(abs(self.value - value) <= min(self.half_step, 0.51 * abs(value)))
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,7 @@ def name_numbers(text: str, values: Mapping[str, float]) -> str:
     A count, or a number of one digit, may be any. Of several values that a number may show, the one
     next to the value that was named last is named. What else rounding makes is #.
     """
-    names, last = [*values], 0
+    names, sizes, last = [*values], np.array([*values.values()]), 0
 
     def name(found: re.Match[str]) -> str:
         nonlocal last
@@ -139,10 +142,10 @@ def name_numbers(text: str, values: Mapping[str, float]) -> str:
         digits = re.sub(r"e.*|\D", "", token.text).strip("0")
         if len(digits) < 2 or (len(token.text) < 3 and not token.unit):
             return found[0]
-        shown = [n for n, value in enumerate(values.values()) if token.shows(value, 0)]
-        if not shown:
+        shown = np.flatnonzero(np.abs(sizes - token.value) <= token.half_step)
+        if not shown.size:
             return "#" if abs(token.value) < ROUNDING else found[0]
-        last = min(shown, key=lambda each: abs(each - last))
+        last = int(min(shown, key=lambda each: abs(each - last)))
         return f"«{names[last]}»{found[0][len(found[1]) :]}"
 
     return re.sub(QUANTITY, name, text)
