@@ -36,6 +36,8 @@ def build_mass_terms(bodies: Iterable[Body], links: Sequence[np.ndarray]) -> Mas
         _add_product(terms, body.inertia, 0 * links[0], body.angle, body.angle)
         for k, c_k in enumerate(body.centre):
             for j, c_j in enumerate(body.centre):
+                if c_k == 0 or c_j == 0:
+                    continue
                 overlap = links[k] - links[j]
                 _add_product(terms, body.mass * c_k * c_j, overlap, links[k], links[j])
     return {place: coefficient for place, coefficient in terms.items() if coefficient != 0}
