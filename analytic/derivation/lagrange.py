@@ -36,8 +36,6 @@ def build_mass_terms(bodies: Iterable[Body], links: Sequence[np.ndarray]) -> Mas
         _add_product(terms, body.inertia, 0 * links[0], body.angle, body.angle)
         for k, c_k in enumerate(body.centre):
             for j, c_j in enumerate(body.centre):
-                if c_k == 0 or c_j == 0:
-                    continue
                 overlap = links[k] - links[j]
                 _add_product(terms, body.mass * c_k * c_j, overlap, links[k], links[j])
     return {place: coefficient for place, coefficient in terms.items() if coefficient != 0}
@@ -51,10 +49,11 @@ def _add_product(
     right: np.ndarray,
 ) -> None:
     """Add factor cos(wave . q) left^T right to the mass matrix."""
-    for row in np.flatnonzero(left):
-        for column in np.flatnonzero(right):
-            place = int(row), int(column), _orient_angle_sum(angle_sum)[0]
-            terms[place] += factor * left[row] * right[column]
+    oriented, columns = _orient_angle_sum(angle_sum)[0], [*enumerate(right.tolist())]
+    for row, first in enumerate(left.tolist()):
+        for column, second in columns:
+            if first and second:
+                terms[row, column, oriented] += factor * first * second
 
 
 def _orient_angle_sum(angle_sum: np.ndarray) -> tuple[AngleSum, int]:
