@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -86,7 +85,7 @@ class Experiment(ExperimentPlan):
 
     growth: sizing.GrowingMode | None
 
-    @cached_property
+    @property
     def models(self) -> RunModels:
         """The models that are about its arm under its switches."""
         (arm, _, laws), reference = self.case, MODELS[registry.reference_model()]
