@@ -97,8 +97,11 @@ def few_states() -> Iterator[None]:
 
     Which numbers of an arm matter is asked at 1 state, not at 3. Where numbers are fitted, at 20
     more than there are, not at 50 more than twice as many. Axes of drawings stay where they were
-    made: room for their labels takes half of the time. The best of 8 motions is suggested.
+    made: room for their labels takes half of the time. The best of 8 motions is suggested. Quick
+    costs are of one state, 20 instants, and one run of ten steps.
     """
+    from crosscheck.cli import cost
+    from crosscheck.cost.shortcuts import SamplingPlan
     from crosscheck.identification import excitation
     from crosscheck.report.plots import figures
     from crosscheck.trial.arms import subject
@@ -106,6 +109,7 @@ def few_states() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subject, "QUICK_STATES", 5)
+        patch.setattr(cost, "QUICK", SamplingPlan(1, 20, 1, 10, 100))
         patch.setattr(dependence, "FEW_STATES", 1)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)

@@ -49,10 +49,11 @@ def _add_product(
     right: np.ndarray,
 ) -> None:
     """Add factor cos(wave . q) left^T right to the mass matrix."""
-    for row in np.flatnonzero(left):
-        for column in np.flatnonzero(right):
-            place = int(row), int(column), _orient_angle_sum(angle_sum)[0]
-            terms[place] += factor * left[row] * right[column]
+    oriented, columns = _orient_angle_sum(angle_sum)[0], [*enumerate(right.tolist())]
+    for row, first in enumerate(left.tolist()):
+        for column, second in columns:
+            if first and second:
+                terms[row, column, oriented] += factor * first * second
 
 
 def _orient_angle_sum(angle_sum: np.ndarray) -> tuple[AngleSum, int]:

@@ -13,12 +13,17 @@ Friction takes c times a joint's rate from that joint, and so from the coordinat
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
+from functools import cached_property, wraps
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import PlacedStage, displacement_rows, gather_gears
+from crosscheck.analytic.derivation.gears import (
+    Gears,
+    PlacedStage,
+    displacement_rows,
+    gather_gears,
+)
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper import stiffness
 from crosscheck.analytic.paper.kinematics import stage_geometry
@@ -117,15 +122,6 @@ class AnalyticRobot(RobotModel):
         self._armature = self._share.T * armature @ self._share
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
-        self._gears = gather_gears(
-            [
-                PlacedStage(stage.gears, stage.joint, columns.start, stage.has_free_planets)
-                for stage, columns in zip(stages, robot.stage_columns, strict=False)
-            ],
-            range(len(robot.joints)),
-            MESH_LAWS,
-        )
-        self._mesh_rows = displacement_rows(self._gears, size)
         self._driven = np.eye(len(free), size)  # generalized forces, per torque of each motor
         place = len(free)
         for rotor in robot.rotors:
@@ -140,6 +136,21 @@ class AnalyticRobot(RobotModel):
             self._spinning_bodies.append(SpinningBody(frame.body, axis, rotor.inertia, turns))
         for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
             self._add_stage(stage, columns if stages else None)
+
+    @cached_property
+    def _gears(self) -> Gears:
+        """The meshes of planetary stages, where teeth give way."""
+        stages = self.robot.stages if self.level == "geared" else ()
+        placed = [
+            PlacedStage(stage.gears, stage.joint, columns.start, stage.has_free_planets)
+            for stage, columns in zip(stages, self.robot.stage_columns, strict=False)
+        ]
+        return gather_gears(placed, range(len(self.robot.joints)), MESH_LAWS)
+
+    @cached_property
+    def _mesh_rows(self) -> np.ndarray:
+        """Displacements of these meshes by the coordinates."""
+        return displacement_rows(self._gears, self._share.shape[1])
 
     def _add_bodies(self, robot: Robot) -> None:
         """Add the numbers of all joints and bodies, side by side; joint k moves body k."""
@@ -318,6 +329,8 @@ class AnalyticRobot(RobotModel):
             force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             force += mesh.damping_N_s_per_m * rate
             total[:, place] = np.where(np.abs(x) > play, force, 0.0)
+        if not self._gears.x_index.size:
+            return total
         gears, (gap, k, slopes) = self._gears, self._planet_mesh_states(q)
         pulls = gears.planets * k * dead_zone(gap, gears.b)
         pulls += np.where(is_in_contact(gap, gears.b), gears.d * (v @ self._mesh_rows.T), 0.0)

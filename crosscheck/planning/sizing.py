@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -131,6 +132,7 @@ def _limit_values(kind: Any, values: Iterable[float], digits: int = DIGITS) -> t
     return tuple(float(f"{value:.{digits}g}") for value in kept)
 
 
+@lru_cache
 def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     """An experiment with unequal gains and targets at every joint, from the arm's data alone.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -226,10 +227,11 @@ class Trial:
             for part, relative in self.relative_errors.items()
         ]
 
-    @property
+    @cached_property
     def sources(self) -> dict[str, SourceLines | None]:
         """The functions that answer wrong parts."""
-        return {each.part: find_source(self.problem.equations, each.part) for each in self.wrong}
+        parts = dict.fromkeys(each.part for each in self.wrong)
+        return {part: find_source(self.problem.equations, part) for part in parts}
 
     @property
     def traces(self) -> dict[str, str]:

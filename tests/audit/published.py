@@ -10,7 +10,7 @@ from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
-from tests.views.walker import QUANTITY, Fact, Page, Token, is_shown, scale_number
+from tests.views.shown_numbers import QUANTITY, Page, Token
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 # Every kind of experiment of the full plan, in few settings of each reading.
@@ -54,12 +54,12 @@ CONDITIONS = (
 
 def list_unrecorded(html: str, records: Any) -> Iterator[str]:
     """Quantities of a page's chapter that are in none of its records, as numbers or in words."""
-    known = [Fact(value, "", digits=1) for value in {*list_numbers(records)}]
-    for piece in Page(html).pieces:
-        text = re.sub(CONDITIONS, "", piece.text)
+    known = {*list_numbers(records)}
+    for line in Page(html).lines:
+        text = re.sub(CONDITIONS, "", line)
         for found in re.finditer(QUANTITY, text):
-            token = Token(found[1].replace(",", ""), found[2] or "", "", "", "", "")
-            if token.unit and not any(is_shown(token, fact) for fact in known):
+            token = Token.of(found)
+            if token.unit and not any(token.shows(value) for value in known):
                 yield f"{found[0]} in {text[max(found.start() - 60, 0) : found.end() + 20]}"
 
 
@@ -70,6 +70,6 @@ def list_numbers(value: Any) -> Iterator[float]:
             yield from list_numbers(each)
     elif isinstance(value, str):
         for found in re.finditer(QUANTITY, value):
-            yield scale_number(Token(found[1].replace(",", ""), found[2] or "", "", "", "", ""))
+            yield Token.of(found).value
     elif isinstance(value, int | float) and not isinstance(value, bool):
         yield float(value)

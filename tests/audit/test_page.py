@@ -24,7 +24,7 @@ from crosscheck.audit.page.report import (
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
 from tests.loops import require_items
-from tests.views.walker import QUANTITY, Fact, Token, is_shown, scale_number
+from tests.views.shown_numbers import QUANTITY, Token
 
 
 @pytest.fixture
@@ -202,10 +202,9 @@ def test_a_quantity_has_one_value_on_all_pages(quantity):
         text = (ROOT / page).read_text(encoding="utf-8")
         found = re.search(around.replace("{}", QUANTITY), text)
         assert found, (page, around)
-        numbers.append(Token(found[1].replace(",", ""), found[2] or "", "", "", "", ""))
+        numbers.append(Token.of(found))
     most = max(numbers, key=lambda each: len(each.text.strip("0.")))
-    value = scale_number(most)
-    assert [each for each in numbers if not is_shown(each, Fact(value, "", digits=1))] == []
+    assert [each for each in numbers if not each.shows(most.value)] == []
 
 
 def test_the_readme_has_the_number_of_errata():

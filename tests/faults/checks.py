@@ -325,10 +325,10 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "robots": robots_agree,
     "traced": traced_is_kanes,
     "measured": numbers_agree,
-    "walk": judge_views,
+    "text": judge_views,
     **dict.fromkeys(GUARDS, _ask_guard),
 }
 # These need compiled functions, or have none.
-COMPILED = {*GUARDS, "refined", "bits", "fused", "robots", "traced", "measured", "walk"} - {
+COMPILED = {*GUARDS, "refined", "bits", "fused", "robots", "traced", "measured", "text"} - {
     "precise steps"
 }

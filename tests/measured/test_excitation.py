@@ -8,7 +8,6 @@ import pinocchio as pin
 import pytest
 
 from crosscheck.cost.motion import find_exceeded_limits
-from crosscheck.cost.shortcuts import SamplingPlan
 from crosscheck.identification import excitation
 from crosscheck.identification.compare import EXCITED, STEPS, SideResult
 from crosscheck.identification.excitation import PERIODS, TABLE_ROWS, Excitation, format_excitation
@@ -150,7 +149,6 @@ def test_a_record_of_the_suggested_motion_tells(robot, poor):
 
 
 def test_the_command_writes_the_motion(crosscheck, robot, tmp_path, monkeypatch):
-    monkeypatch.setattr("crosscheck.cli.cost.QUICK", SamplingPlan(1, 3, 1, 10, 100))
     monkeypatch.setattr(excitation, "DRAWN", 1)
     time = np.arange(0.0, 20.0, 2e-2)
     wave = 0.3 * np.sin(2 * np.pi * 0.4 * time)

@@ -26,12 +26,6 @@ FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=400)
 SPIN, RATIO = 1e-3, 20.0
 
 
-@pytest.fixture(autouse=True)
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Quick commands are brief."""
-    monkeypatch.setattr("crosscheck.cli.cost.QUICK", FEW)
-
-
 def cost(own: Robot, seed: int = 0) -> ShortcutCosts:
     return compute_costs(own, seed, FEW, lambda *doing: None)
 

@@ -15,8 +15,7 @@ from xml.etree import ElementTree
 import pytest
 
 from crosscheck.checks import engines, levels
-from crosscheck.cli import commands, cost
-from crosscheck.cost.shortcuts import SamplingPlan
+from crosscheck.cli import commands
 from crosscheck.identification import excitation
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import format_toml_fields
@@ -106,7 +105,6 @@ def mechanism(request, tmp_path_factory) -> Iterator[MechanismFile]:
         patch.chdir(folder)
         brief(patch)
         perform_here(patch)
-        patch.setattr(cost, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
         for module in (engines, levels):
             patch.setattr(module, "RUNS", 1)
         patch.setattr(excitation, "DRAWN", 1)

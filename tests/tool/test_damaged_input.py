@@ -20,10 +20,8 @@ import typer
 
 from crosscheck.api import require_stable_step
 from crosscheck.checks import engines
-from crosscheck.cli import cost as cost_command
 from crosscheck.cli.app import main
 from crosscheck.cli.simulation import SimulationRequest
-from crosscheck.cost.shortcuts import SamplingPlan
 from crosscheck.models.errors import LONGEST_LINE
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
@@ -180,7 +178,6 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path]]
     """Sound files; once they are made, robots have few states and runs, and arms are read alone."""
     import_all()  # once, and not by every command
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cost_command, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
         patch.setattr(engines, "RUNS", 1)
         found = _seeds(tmp_path_factory.mktemp("seeds"))
         for work in (

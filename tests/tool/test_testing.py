@@ -60,10 +60,9 @@ def test_what_is_refused_shows_no_source_of_ours():
 
 def test_a_function_gives_its_own_name(equations):
     def my_arm(arm):
-        return replace(equations, force=lambda torque: -torque)
+        return equations
 
-    with pytest.raises(AssertionError, match=r"^my_arm: force\[theta_1\](.|\n)*my_arm on"):
-        assert_agrees(my_arm)
+    assert assert_agrees(my_arm).headline.startswith("my_arm on")
 
     def pinocchio(arm):
         return equations

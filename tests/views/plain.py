@@ -1,8 +1,11 @@
 """A view's text as a snapshot keeps it: what a reader sees, without what a machine measured."""
 
+import json
 import re
+from collections.abc import Iterator
+from typing import Any
 
-from tests.views.walker import Page
+from tests.views.shown_numbers import Page
 
 # Numbers that rounding may change: with decimals or an exponent, of three digits or more, zero, and
 # how many digits agree or members are run a second.
@@ -19,23 +22,25 @@ def mask_numbers(text: str) -> str:
 
 
 def list_lines(text: str) -> str:
-    """The lines of a text; of a page its blocks, and of each table the heads of its columns.
+    """The lines of a text; of a page its blocks and rows; of JSON its innermost objects and lists.
 
-    The cells are the walker's. Where and when a page was made stands at its end.
+    Where and when a page was made stands at its end, and in JSON under keys.
     """
-    if not text.lstrip().startswith("<"):
+    if text.startswith("{"):
+        return "\n".join(_list_objects(json.loads(text), ""))
+    if text.startswith("<?xml") or not text.lstrip().startswith("<"):
         return "\n".join(line.rstrip() for line in text.splitlines())
-    lines, tables = [], dict[str, dict[str, None]]()
-    for piece in Page(text).pieces:
-        if piece.text == "Provenance":
-            break
-        table = piece.place.partition(",")[0]
-        if not piece.scope:
-            lines.append(piece.text)
-        elif table in tables:
-            tables[table][piece.head] = None
-        else:
-            tables[table] = {piece.head: None}
-            lines.append(table)
-    heads = {table: " | ".join(["columns", *own]) for table, own in tables.items()}
-    return "\n".join(heads.get(line, line) for line in lines)
+    lines = Page(text).lines
+    return "\n".join(lines[: lines.index("Provenance")] if "Provenance" in lines else lines)
+
+
+def _list_objects(value: Any, place: str) -> Iterator[str]:
+    parts = dict(enumerate(value)) if isinstance(value, list) else value
+    if not isinstance(value, dict | list) or not any(
+        isinstance(each, dict | list) for each in parts.values()
+    ):
+        yield f"{place}: {json.dumps(value, ensure_ascii=False)}"
+        return
+    for key, each in parts.items():
+        if key not in ("provenance", "program"):
+            yield from _list_objects(each, f"{place}.{key}".lstrip("."))
