@@ -114,13 +114,13 @@ class EditCompiler:
                 except SyntaxError:
                     continue
         together = self._compile_together(edits, joint) if len(joint) > 1 else None
-        numbers, shared = list[float](), list[Answer]()
+        numbers, shared, unread = list[float](), list[Answer](), self.tree.unread_names
         for number, edit in enumerate(edits):
             if together is None or number not in joint:
                 yield edit, self.compile([edit])
             else:
                 # What nothing else reads another edit may have changed in place, and none sees it.
-                is_alone = any(map(self.tree.is_unread, _list_names(joint[number])))
+                is_alone = unread and not unread.isdisjoint(_list_names(joint[number]))
                 sharing = shared if self.is_repeated(edit.node) and not is_alone else None
                 yield edit, EditedCode(self.tree.code, together, [number], numbers, sharing)
 

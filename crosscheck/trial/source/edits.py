@@ -169,15 +169,15 @@ RANKS = sorted({kind.rank for kind in KINDS})
 MOVE_RANK = 2  # rank of moves of a statement, of which there are few
 
 
-def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
-    """The edits of a rank of what ran, the likelier kinds first."""
-    sites = [Site(tree, node) for node in tree.list_nodes()]
+def list_edits(tree: SourceTree, rank: int, is_sought: Callable[[ast.AST], bool]) -> Iterator[Edit]:
+    """The edits of a rank of the nodes that ran and are sought, the likelier kinds first."""
+    nodes = (each for each in tree.list_nodes() if isinstance(each, ast.expr | ast.stmt))
+    sites = [(Site(tree, node), node) for node in nodes if is_sought(node)]
     for place, kind in enumerate(KINDS):
         if kind.rank == rank:
-            for site in sites:
-                if isinstance(site.node, ast.expr | ast.stmt):
-                    likelihood = rank, place + site.is_datum * len(KINDS)
-                    for text in kind.list_texts(site):
-                        yield Edit(likelihood, site.node, text, is_slice=kind.are_slices)
+            for site, node in sites:
+                likelihood = rank, place + site.is_datum * len(KINDS)
+                for text in kind.list_texts(site):
+                    yield Edit(likelihood, node, text, is_slice=kind.are_slices)
     if rank == MOVE_RANK:
-        yield from list_moves(tree, (rank, len(KINDS)))
+        yield from (each for each in list_moves(tree, (rank, len(KINDS))) if is_sought(each.node))

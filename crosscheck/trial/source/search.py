@@ -114,8 +114,6 @@ class EditSearch:
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending, self.effects = list[MendingEdit](), list[EditEffect]()
-        # By rank, with whether they are promising: the likely ones are tried before the others.
-        self.edits = dict[int, list[tuple[Edit, bool | None]]]()
         self.energy_search: EditSearch | None = None
         self.budget_s = BUDGET_S
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
@@ -184,13 +182,14 @@ class EditSearch:
         if self.energy_search is not None:
             self.energy_search.try_rank(rank, is_likely=is_likely)
             return
-        if rank not in self.edits:
-            self.edits[rank] = [
-                (edit, self._is_promising(edit.node, is_added=rank >= ADDING_RANK))
-                for edit in list_edits(self.tree, rank)
-                if not self._is_stated(edit.node) or ast.unparse(edit.node) in edit.text
-            ]
-        self._judge_edits(edit for edit, promise in self.edits[rank] if promise == is_likely)
+        edits = list_edits(
+            self.tree, rank, lambda node: self._is_promising(node, rank) == is_likely
+        )
+        self._judge_edits(
+            edit
+            for edit in edits
+            if not self._is_stated(edit.node) or ast.unparse(edit.node) in edit.text
+        )
         if rank == RANKS[0] and is_likely:
             self._judge_edits(self._list_file_numbers())
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
@@ -207,12 +206,12 @@ class EditSearch:
         value = node.value if isinstance(node, ast.Constant) else None
         return isinstance(value, float) and self.answer_keys[0].is_stated(value)
 
-    def _is_promising(self, node: ast.AST, *, is_added: bool) -> bool | None:
+    def _is_promising(self, node: ast.AST, rank: int) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
 
-        is_added: whether the edit adds a summand, which may be 0 wherever the rest is right. None
-        where it changes nothing that is wrong. Statements may bring anything in, and slow code is
-        not measured: both may mend all.
+        None where it changes nothing that is wrong. An edit of a rank that adds a summand may add 0
+        wherever the rest is right. Statements may bring anything in, and slow code is not measured:
+        both may mend all.
         """
         if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
             return None  # they are right
@@ -221,7 +220,8 @@ class EditSearch:
         while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
             response = self.responses.get(id(above))
             if response is not None:
-                is_clean = response.moves_all_wrong and (is_added or not response.moves_right)
+                is_harmless = rank >= ADDING_RANK or not response.moves_right
+                is_clean = response.moves_all_wrong and is_harmless
                 return is_clean and is_formula if response.moves_wrong else None
             above = self.tree.parent(above)
         return is_formula

@@ -156,6 +156,12 @@ class SourceTree:
         read = (each for each in leaves if isinstance(each.ctx, ast.Load))
         return {each.id if isinstance(each, ast.Name) else each.attr for each in read}
 
+    @cached_property
+    def unread_names(self) -> set[str]:
+        """Names, and arguments, that no line reads."""
+        arguments = (node.arg for node in self.list_all_nodes() if isinstance(node, ast.arg))
+        return (self.loaded_names | {*arguments}) - self._read_names
+
     def is_unread(self, text: str) -> bool:
         """Whether no line reads a name, or an attribute of its name of any object."""
         name = text.rpartition(".")[2]

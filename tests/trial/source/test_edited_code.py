@@ -49,7 +49,9 @@ def answer(search: EditSearch, edited: EditedCode | None) -> np.ndarray | None:
 
 def test_edits_of_one_compilation_answer_as_each_alone(search):
     """Also where a number is made once, or a value is remembered from the first call."""
-    edits = [edit for rank in (1, 2, 3) for edit in list_edits(search.tree, rank)]
+    edits = [
+        edit for rank in (1, 2, 3) for edit in list_edits(search.tree, rank, lambda node: True)
+    ]
     together = [answer(search, edited) for _, edited in search.compiler.compile_each(edits)]
     alone = [answer(search, search.compiler.compile([edit])) for edit in edits]
     for edit, value, right in zip(edits, together, alone, strict=True):
@@ -63,7 +65,7 @@ def test_edits_of_one_compilation_answer_as_each_alone(search):
 
 def test_equations_are_shared_by_edits_of_what_is_asked_each_time(search):
     shared = {}
-    edits = list(list_edits(search.tree, 1))
+    edits = list(list_edits(search.tree, 1, lambda node: True))
     for edit, edited in search.compiler.compile_each(edits):
         shared.setdefault(edit.node.lineno, set()).add(edited.shared is not None)
     text = REMEMBERING.splitlines()
@@ -76,7 +78,7 @@ def test_equations_are_shared_by_edits_of_what_is_asked_each_time(search):
 def test_an_edit_that_cannot_be_chosen_among_others_is_compiled_alone(search):
     """A part of an f-string, or of a pattern, may be no choice."""
     compiler = EditCompiler(search.tree, search.judge.compiled, set())
-    nodes = [edit.node for edit in list_edits(search.tree, 1)]
+    nodes = [edit.node for edit in list_edits(search.tree, 1, lambda node: True)]
     bad, good = Edit((1, 0), nodes[0], "1 +"), Edit((1, 0), nodes[0], "1.5")
     (_, first), (_, second) = compiler.compile_each([bad, good])
     assert first is None
