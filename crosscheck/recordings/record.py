@@ -147,7 +147,7 @@ def read_record(
     # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
     for kind, nothing in (("theta_dot", "rates are 0 or"), ("torque", "torques are")):
         table = tables[kind]
-        if table is not None and table.size and not _is_stated(kind, table):
+        if table is not None and not _is_stated(kind, table):
             notes.append(f"the {nothing} no number in every row and count as not stated")
             tables[kind] = None
     for kind, table in tables.items():

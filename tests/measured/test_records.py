@@ -83,6 +83,8 @@ def test_radians_of_many_turns_are_asked_about(record, tmp_path, caplog, unit, i
     read_record(write_table(tmp_path / "r.csv", renamed), 2)
     question = f"note: {tmp_path}/r.csv: theta_2_rad: -90 rad = 14.3 turns: is it in degrees?"
     question += " Then name it with _deg"
+    slide = {"t_s": record.time, "theta_rad": columns["theta_2_rad"]}
+    read_record(write_table(tmp_path / "slide.csv", slide), 1, slides=(1,))  # 90 m are no turns
     assert caplog.messages == [question] * is_asked
 
 

@@ -76,6 +76,8 @@ def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
     few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2], 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
+    none = written(tmp_path, np.linspace(0, 2, 400), angles[:, :0])
+    assert_one_line(crosscheck("cost", "sliding", "--motion", none), "has no angles; columns")
 
 
 def test_a_rotor_that_turns_about_a_fixed_axis_costs_nothing_as_armature():
