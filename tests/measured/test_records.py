@@ -128,11 +128,12 @@ HEADERS = (
     ("theta_2_rad", "theta_3_rad"),
     ("theta_2_rad", "theta_2_m"),
     ("theta_2_rad", "theta_1_rad"),
+    ("torque_2_N_m", "torque_3_N_m"),
     ("torque_2_N_m", "current_2_A"),
     ("theta_1", "theta_0"),
     ("theta_1", "theta_" + "9" * 5000),
     ("torque", "effort"),
-    (HEADER, "time,q1,q2,tau1,tau2"),
+    (HEADER, "Time,q1,Q2,tau1,tau2"),
     (HEADER, "t,joint_0,joint_1,effort_0,effort_1"),
     (HEADER, "clock,a,b,c,d"),
 )
@@ -309,6 +310,10 @@ def test_external_data_are_not_followed(tmp_path):
         )
     with pytest.raises(InputError, match="has no times"):
         read_record(tmp_path / "r.h5", 2)
+    with h5py.File(tmp_path / "r.h5", "w") as file:
+        file["t_s"] = 0.5  # a single number is a column of one row
+    with pytest.raises(InputError, match="has no angles"):
+        read_record(tmp_path / "r.h5", 2)
 
 
 def bag_of(
@@ -371,6 +376,7 @@ def test_what_publishers_fill_in_counts_as_not_stated(record, tmp_path, case):
 @pytest.mark.parametrize("storage", StoragePlugin)
 def test_a_bag_is_read_by_the_names_of_its_joints(record, tmp_path, storage):
     folder = bag_of(record, tmp_path / "bag", storage)
+    (folder / "notes.yaml").mkdir()
     for path in (folder, next(each for each in folder.iterdir() if each.suffix != ".yaml")):
         found = read_record(path, 2, named=("shoulder", "elbow"))
         assert found.time == pytest.approx(record.time, abs=1e-9)

@@ -75,7 +75,9 @@ def test_a_second_program_estimates_the_same(robot, coupled):
 
 def test_what_does_not_move_is_no_link_of_a_recording():
     solid, turn = chains.Solid(2.0, (0.1, 0, 0)), chains.joint("turn", "ground", "arm")
-    text = chains.urdf(chains.link("ground", solid), chains.link("arm", solid), turn)
+    empty = chains.link("frame", chains.Solid(0.0, inertia=(0.0,) * 6))
+    links, fixed = (chains.link("ground", solid), chains.link("arm", solid), empty), "fixed"
+    text = chains.urdf(*links, turn, chains.joint("frame", "arm", "frame", fixed))
     paths = [each.path.split(".") for each in SpatialRobot(chains.robot(text)).parameters]
     assert {name for _, table, name, *_ in paths if table == "links"} == {"arm"}
 
@@ -173,6 +175,7 @@ def test_a_motor_that_two_joints_turn_adds_what_they_share(robot):
     """Of T = J (N q2' + N q3')^2 / 2, torques are J N^2 (q2'' + q3'') at both."""
     shared = shared_motors(np.array([[RATIO, 0, 0], [0, RATIO, 0], [0, RATIO, RATIO]]))
     assert shared == pytest.approx(np.array([[0.0, 1.0, 1.0]]))
+    assert not shared_motors(np.array([[0.0, 1, 1], [1, 0, 0], [0, 0, 1]])).size  # none of its own
     samples = draw_samples(robot, shared)
     columns = build_columns(robot, shared, samples)
     by_name = {term.name: columns.values[:, :, n] for n, term in enumerate(columns.terms)}

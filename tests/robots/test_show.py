@@ -53,12 +53,13 @@ def test_a_robot_of_possible_bodies_is_shown(crosscheck):
 @pytest.mark.parametrize(("inertia", "is_doubtful"), [(1e-4, False), (100.0, True)])
 def test_a_rotor_beyond_all_links_is_doubted(inertia, is_doubtful):
     content, rotor = read_robot_data("sliding"), {"kind": "geared", "rotor_inertia_kg_m2": inertia}
-    content["robot"]["joints"] = {name: {**rotor, "ratio": 300.0} for name in ("swivel", "slide")}
+    names = "swivel", "slide", "tilt"
+    content["robot"]["joints"] = {name: {**rotor, "ratio": 300.0} for name in names}
     file = RobotFile.model_validate(content["robot"])
     said = [each for each in build_robot(file, content["urdf"], "", "").notes if "rotor" in each]
     assert said == is_doubtful * [
-        "joint swivel: its rotor of 100 kg m^2 is 9e+06 kg m^2 at the joint, beside at most"
-        " 78 kg m^2 of all links; used as given",
+        "joints swivel, tilt: their rotors of 100 kg m^2 are 9e+06 kg m^2 at the joints, beside at"
+        " most 78 kg m^2 of all links; used as given",
         "joint slide: its rotor of 100 kg m^2 is 9e+06 kg at the joint, beside at most"
         " 30 kg of all links; used as given",
     ]
