@@ -54,7 +54,7 @@ GEARS = """
 <drake:gear_ratio value="50"/><drake:rotor_inertia value="2e-5"/></actuator></transmission>
 <transmission name="half"><joint name="c"/><mechanicalReduction>20</mechanicalReduction>
 </transmission>
-<transmission name="alone"><joint name="d"/><mechanicalReduction>7</mechanicalReduction>
+<transmission><joint name="d"/><mechanicalReduction>7</mechanicalReduction>
 </transmission>
 <transmission name="both"><joint name="a"/><joint name="b"/></transmission>
 """
@@ -78,7 +78,7 @@ def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     assert "e: armature 0.08 kg m^2 of joint e" in answer.out
     text = (tmp_path / "r.toml").read_text()
     assert "# ratio -100 of transmission turn: mechanicalReduction, rotor 0.00011 kg m^2 of" in text
-    assert 'd = { kind = "direct" } # ratio 7 of transmission alone: mechanicalReduction' in text
+    assert 'd = { kind = "direct" } # ratio 7 of transmission: mechanicalReduction' in text
     robot = load_robot(str(tmp_path / "r.toml"))
     rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}
     # 0.08 = 20^2 J of the joint with an armature and a ratio
