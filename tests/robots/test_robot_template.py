@@ -70,10 +70,13 @@ def geared_text(gears: str = GEARS, armature: str = "0.08") -> str:
 
 
 def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
-    (tmp_path / "r.urdf").write_text(geared_text())
+    weld = link("tool") + joint("weld", "link e", "tool", "fixed")
+    weld += '<transmission><joint name="weld"/><mechanicalReduction>3</mechanicalReduction>'
+    (tmp_path / "r.urdf").write_text(geared_text(f"{GEARS}{weld}</transmission>"))
     answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
     assert (answer.code, answer.err) == (0, "")
     assert "5 joints, 3 geared" in answer.out
+    assert "weld" not in answer.out
     assert "transmission both left out: of a, b" in answer.out
     assert "e: armature 0.08 kg m^2 of joint e" in answer.out
     text = (tmp_path / "r.toml").read_text()
