@@ -49,8 +49,10 @@ def test_every_format_says_the_same(record, tmp_path):
     scipy.io.savemat(tmp_path / "r.mat", named)
     assert_same(read_record(tmp_path / "r.mat", 2), record)
     whole = np.round(1e3 * record.time).astype(np.uint16)  # as MATLAB keeps whole numbers
-    scipy.io.savemat(tmp_path / "w.mat", {"t_ms": whole} | {n: named[n] for n in [*named][1:]})
+    other = {"t_ms": whole, "theta_deg": np.degrees(record.position)}
+    scipy.io.savemat(tmp_path / "w.mat", other | {"torque_N_m": record.motor_torque})
     assert read_record(tmp_path / "w.mat", 2).time == pytest.approx(whole / 1e3)
+    assert read_record(tmp_path / "w.mat", 2).position == pytest.approx(record.position)
     for block in (0, 512):  # MATLAB writes behind its own 512 bytes, and column by column
         with h5py.File(tmp_path / "r.h5", "w", userblock_size=block) as file:
             for name, values in named.items():
@@ -310,8 +312,11 @@ def test_external_data_are_not_followed(tmp_path):
         )
     with pytest.raises(InputError, match="has no times"):
         read_record(tmp_path / "r.h5", 2)
+    elsewhere = h5py.VirtualLayout((10,), "f8")
+    elsewhere[:] = h5py.VirtualSource(tmp_path / "secret.h5", "x", (10,))
     with h5py.File(tmp_path / "r.h5", "w") as file:
         file["t_s"] = 0.5  # a single number is a column of one row
+        file.create_virtual_dataset("theta_1_rad", elsewhere)
     with pytest.raises(InputError, match="has no angles"):
         read_record(tmp_path / "r.h5", 2)
 

@@ -71,8 +71,11 @@ def geared_text(gears: str = GEARS, armature: str = "0.08") -> str:
 
 def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     weld = link("tool") + joint("weld", "link e", "tool", "fixed")
-    weld += '<transmission><joint name="weld"/><mechanicalReduction>3</mechanicalReduction>'
-    (tmp_path / "r.urdf").write_text(geared_text(f"{GEARS}{weld}</transmission>"))
+    weld += link("vane", Solid()) + joint("vane", "tool", "vane") + '<passive_joint name="vane"/>'
+    for name in ("weld", "vane"):
+        weld += f'<transmission><joint name="{name}"/><mechanicalReduction>3</mechanicalReduction>'
+        weld += "</transmission>"
+    (tmp_path / "r.urdf").write_text(geared_text(GEARS + weld))
     answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
     assert (answer.code, answer.err) == (0, "")
     assert "5 joints, 3 geared" in answer.out

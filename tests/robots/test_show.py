@@ -8,7 +8,7 @@ from syrupy.assertion import SnapshotAssertion
 from crosscheck.models.mechanism import read_robot_data
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.provenance import ROOT
-from tests.robots.chains import Solid, joint, link, urdf
+from tests.robots.chains import BOB, Solid, joint, link, urdf
 
 BODY = (0.01, 0.001, 0.0, 0.02, 0.002, 0.015)
 SLIPS = {  # mass and inertia of a link; the first has none
@@ -71,6 +71,8 @@ def test_friction_and_free_planets_of_a_joint_are_shown(crosscheck, tmp_path):
     assert "; friction 4.5 N m s/rad; planets move by themselves" in shown
     assert "; friction 2.2 N m s/rad; planets move by themselves" in shown
     assert "; friction" not in crosscheck("show", "puma560").out
+    (tmp_path / "disc.urdf").write_text(BOB.replace('<mass value="2.0"/>', '<mass value="0"/>'))
+    assert "swing: revolute, moves 0 kg with" in crosscheck("show", tmp_path / "disc.urdf").out
 
 
 MIMIC = """<mujoco><worldbody><body><freejoint/><geom size="0.1"/>

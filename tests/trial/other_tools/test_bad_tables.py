@@ -8,7 +8,7 @@ from collections import defaultdict
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import h5py
 import numpy as np
@@ -22,6 +22,7 @@ from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.tables.answer_files import TableColumns, _precision, read_answers
 from crosscheck.trial.tables.answers import (
     _require_same_states,
+    _values,
     build_table_equations,
     read_trial_answers,
 )
@@ -57,7 +58,7 @@ CSV = {
     "a column twice": changed(0, "row,force_1,force_1"),
     "half a vector": "row,force_1\n1,2",
     "a short line": changed(3, "3,1.5"),
-    "a word": changed(3, "3,1.5,much"),
+    "a word": changed(3, "3, ,much"),
     "a row and a half": changed(3, "3.5,1,2"),
     "row 0": changed(3, "0,1,2"),
     "no number of a row": changed(3, ",1,2"),
@@ -155,6 +156,16 @@ def test_states_are_the_same_to_single_precision_of_their_largest_number():
     file.state_columns = {"q": right[:, 0] + [1.02 * 2e-4, 0.0]}
     with pytest.raises(InputError, match=r"500204: answers to other states: must be 0\.5"):
         _require_same_states(file, sheet)
+
+
+def test_a_single_row_that_is_missing_is_named_with_the_file_that_has_such_rows():
+    asked = SimpleNamespace(first=1, count=3, shape=lambda part: (1,), needed={"force": [True] * 3})
+    near = SimpleNamespace(where="a.csv", rows=np.array([1, 2, 3]))
+    near.answers = {"force": np.array([[1.0], [np.nan], [3.0]])}
+    far = SimpleNamespace(where="b.csv", rows=np.array([9]), answers={"force": np.ones((1, 1))})
+    answers: Any = SimpleNamespace(files=(near, far))
+    with pytest.raises(InputError, match=r"a\.csv: row 2, force: is missing"):
+        _values(answers, cast(Any, asked), "force")
 
 
 @pytest.mark.parametrize("number", [0, -1])
