@@ -17,6 +17,7 @@ from syrupy.assertion import SnapshotAssertion
 from crosscheck.models import inputs
 from crosscheck.models.errors import InputError
 from crosscheck.recordings.record import Record, read_record, require_even_enough
+from crosscheck.recordings.smoothing import check_rates
 from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.test_bad_input import assert_one_line
 
@@ -66,6 +67,7 @@ def test_every_format_says_the_same(record, tmp_path):
 def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
     still = replace(record, position=record.position * [0.0, 1.0])
     assert_same(read_record(written(still, tmp_path / "r.csv"), 2), still)
+    check_rates(replace(still, rates=np.gradient(still.position, still.time, axis=0)))
 
 
 def test_gaps_of_a_record_are_said(record, tmp_path):

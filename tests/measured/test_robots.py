@@ -303,6 +303,7 @@ def test_torques_of_a_long_recording_are_read_as_they_are(tmp_path):
     [
         ({"position": np.full((4000, 3), 0.3)}, "position: is the same in every row"),
         ({"motor_torque": np.zeros((4000, 3))}, "motor_torque: is 0 in every row: not measured"),
+        ({"motor_torque": np.full((4000, 3), np.nan)}, "motor_torque: is 0 in every row"),
     ],
 )
 def test_a_recording_of_nothing_is_refused(robot, given, words):

@@ -163,7 +163,7 @@ def test_a_single_row_that_is_missing_is_named_with_the_file_that_has_such_rows(
     near = SimpleNamespace(where="a.csv", rows=np.array([1, 2, 3]))
     near.answers = {"force": np.array([[1.0], [np.nan], [3.0]])}
     far = SimpleNamespace(where="b.csv", rows=np.array([9]), answers={"force": np.ones((1, 1))})
-    answers: Any = SimpleNamespace(files=(near, far))
+    answers: Any = SimpleNamespace(files=(SimpleNamespace(answers={}), near, far))
     with pytest.raises(InputError, match=r"a\.csv: row 2, force: is missing"):
         _values(answers, cast(Any, asked), "force")
 
