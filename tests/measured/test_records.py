@@ -240,11 +240,7 @@ def test_bad_table_is_one_line(refuse, record, tmp_path, case, snapshot: Snapsho
 
 UNEVEN = {
     "r.csv: time, data row 4 = 0.01: is before row 3 (0.02); must rise": [
-        0.0,
-        0.01,
-        0.02,
-        0.01,
-        0.03,
+        *(0.0, 0.01, 0.02, 0.01, 0.03)
     ],
     "r.csv: time, data row 3 = 0.01: is that of row 2; must rise": [0.0, 0.01, 0.01, 0.02],
     "r.csv: time, data row 3 = 1732000000.623: is that of row 2; must rise": [

@@ -30,7 +30,9 @@ def test_a_poles_frequency_and_ratio_are_its_size_and_its_angle(monkeypatch):
     damped = replace_damping(load_arm("probe"), 2.0)  # by more than what would vibrate
     assert "mesh mode" not in {row.name for row in derived_arm(damped)}
     bare = damped.joints[0].model_copy(update={"sun_mass_kg": 0.0})
-    assert "sun: radius of gyration over base radius" not in {row.name for row in derived_joint(bare)}
+    assert "sun: radius of gyration over base radius" not in {
+        row.name for row in derived_joint(bare)
+    }
     monkeypatch.setattr("crosscheck.cli.show._mesh_poles", lambda model: [-30 + 40j])
     shown = {row.name: row.value for row in derived_arm(load_arm("probe"))}
     assert shown["mesh mode"] == pytest.approx(50 / (2 * math.pi))
