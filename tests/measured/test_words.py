@@ -12,7 +12,7 @@ from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
-from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
+from crosscheck.identification.restrictions import FileJudgement, Restriction, _apply, flag_friction
 from crosscheck.identification.terms import TermEstimate, TermKind, TorqueTerm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -354,6 +354,7 @@ def test_a_change_that_explains_nothing_may_be_the_likeliest():
     judgement = FileJudgement((WRONG,), (UNLIKELY,))
     assert judgement.best is WRONG
     assert judgement.likeliest is UNLIKELY
+    assert _apply(LABELLED, PAYLOAD, IMPOSSIBLE.estimates) is None
     assert judgement.compare(WRONG, judgement.likeliest) == pytest.approx(101.0)
 
 
@@ -368,8 +369,13 @@ def test_friction_is_flagged_where_it_is_not_the_files():
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
 
 
-@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), ()])
+@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])
 def test_runs_say_whether_they_stay(stays, snapshot: SnapshotAssertion):
     windows = [made(stays_s=each, time=[1.0, 3.0], within=1.0) for each in stays]
     compared = made(windows=windows, mechanism=made(noun="robot"))
     assert "\n".join(messages._describe_runs(compared)) == snapshot
+    share = np.median([each / 2.0 for each in stays]) if stays else 1.0  # of runs of 2 s
+    for within in (0.49, 0.51):
+        compared.windows = [made(**{**vars(each), "within": within}) for each in windows]
+        leaves = vars(compare.RecordComparison)["leaves_at_once"].fget(compared)
+        assert leaves == (share < compare.SOON and within < 0.5)

@@ -146,7 +146,7 @@ def _draw_samples(
         draws = generator.uniform(-1, 1, (count, columns))
         width, relative = axis.tolerance, axis.relative_tolerance
     if relative is not None:
-        return centres + draws * (np.abs(centres) * relative)
+        return centres + draws * (centres * relative)
     assert width is not None  # the definition's own validation
     return centres + draws * width
 
