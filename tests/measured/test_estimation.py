@@ -90,6 +90,5 @@ def test_uneven_times_are_made_even():
 
 
 def test_sizes_of_nothing_are_one():
-    assert estimation.count_alike_rows(np.zeros((9, 1)), 0) == 1.0
     values = np.array([[3.0, 0.0, 0.0], [4.0, 0.0, 5.0]])
     assert joint_rms(values, np.array([2, 0, 1])) == pytest.approx([np.sqrt(12.5), 1.0, 5.0])
