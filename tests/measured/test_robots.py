@@ -18,7 +18,7 @@ from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import format_estimate
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import _rank, compare_levels, draw_samples
-from crosscheck.identification.terms import RotorRegressor, build_columns, shared_motors
+from crosscheck.identification.terms import RotorRegressor, _armatures, build_columns, shared_motors
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings import csv_table
@@ -207,6 +207,8 @@ def test_armature_of_a_file_is_the_reflected_inertia_of_all_rotors_of_a_joint(ro
     terms = build_columns(harmed, np.zeros((0, 3)), samples).terms
     named = [term.value for term in terms if term.kind == "armature"]
     assert named == [pytest.approx(0.36 + 0.04), pytest.approx(0.25), None]  # N^2 J, kg m^2
+    follower = replace(harmed, rotors=(replace(geared[0], joint=7),))  # of no coordinate
+    assert _armatures(follower) == [None] * 3
 
 
 DESCRIPTION = """

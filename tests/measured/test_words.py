@@ -128,6 +128,8 @@ def test_links_of_the_file_say_how_far_off_they_are(excited: bool, snapshot: Sna
     scaled.find_worse_joints = lambda identified: {"j2": 1.2345, "j3": 2.0}
     lines = messages._describe_scaled(scaled, side(is_excited=excited))
     assert "\n".join(lines) == snapshot
+    shown = made(select=lambda kind: [J1], threshold=4.0, is_excited=excited)
+    assert vars(compare.SideResult)["has_other_gravity"].fget(shown) == excited
     bare = messages._describe_scaled(scaled, side(is_excited=excited), has_gears=False)
     assert not [line for line in bare if "rotor" in line or "armature" in line]
 

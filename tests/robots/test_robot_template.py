@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
@@ -89,6 +90,8 @@ def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}
     # 0.08 = 20^2 J of the joint with an armature and a ratio
     assert rotors == {"a": (-100.0, 1.1e-4), "b": (50.0, 2e-5), "c": (20.0, 0.08 / 400)}
+    *_, last = load_as_robot(str(tmp_path / "r.urdf"), 20.0, 1e-4).rotors  # e, by its armature
+    assert last.inertia == 0.08 / 400
 
 
 def test_a_stated_gear_is_called_what_its_file_calls_it():
