@@ -123,23 +123,12 @@ def put(row: int, column: int, value: str) -> Callable[[str], str]:
 
 
 HEADERS = (
-    ("t_s", "clock"),
-    ("t_s", "t"),
-    ("theta_", "phi_"),
-    ("theta_1_rad", "theta_1"),
-    ("theta_2_rad", "theta_1_deg"),
-    ("theta_2_rad", "angle_rad"),
-    ("theta_2_rad", "theta_3_rad"),
-    ("theta_2_rad", "theta_2_m"),
-    ("theta_2_rad", "theta_1_rad"),
-    ("torque_2_N_m", "torque_3_N_m"),
-    ("torque_2_N_m", "current_2_A"),
-    ("theta_1", "theta_0"),
-    ("theta_1", "theta_" + "9" * 5000),
-    ("torque", "effort"),
-    (HEADER, "Time,q1,Q2,tau1,tau2"),
-    (HEADER, "t,joint_0,joint_1,effort_0,effort_1"),
-    (HEADER, "clock,a,b,c,d"),
+    *(("t_s", "clock"), ("t_s", "t"), ("theta_", "phi_"), ("theta_1_rad", "theta_1")),
+    *(("theta_2_rad", "theta_1_deg"), ("theta_2_rad", "angle_rad"), ("theta_2_rad", "theta_3_rad")),
+    *(("theta_2_rad", "theta_2_m"), ("theta_2_rad", "theta_1_rad")),
+    *(("torque_2_N_m", "torque_3_N_m"), ("torque_2_N_m", "current_2_A"), ("theta_1", "theta_0")),
+    *(("theta_1", "theta_" + "9" * 5000), ("torque", "effort"), (HEADER, "Time,q1,Q2,tau1,tau2")),
+    *((HEADER, "t,joint_0,joint_1,effort_0,effort_1"), (HEADER, "clock,a,b,c,d")),
 )
 BAD: dict[str, Callable[[str], str]] = {
     **{f"{old} is {new[:40]}": swap(old, new) for old, new in HEADERS},
