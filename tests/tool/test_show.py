@@ -9,7 +9,7 @@ from crosscheck.models.arm.meshes import replace_damping
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
 from crosscheck.trial.changes.arms.letters import collect_arm_values
-from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM
+from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM, find_meant_symbols
 from tests.loops import require_items
 
 
@@ -60,3 +60,4 @@ def test_the_reference_has_the_symbols_of_an_arm():
         number = "" if symbol.stem in OF_ARM else "1"
         (row,) = (row for row in rows if f"`{symbol.stem}{number}`" in row)
         assert (f"`{symbol.field}`" if symbol.field else "follow") in row
+    assert find_meant_symbols("i_2", {"I_l1", "I_l2"}) == ["I_l2"]  # no ratio n2 is there

@@ -18,6 +18,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
+from crosscheck.trial.input.equations import Coordinates, load_coordinates
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.tables.answer_files import TableColumns, _precision, read_answers
 from crosscheck.trial.tables.answers import (
@@ -211,6 +212,11 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
         read = read_answers(file, TableColumns(2, TableTrial.parts, {}, 7))
         assert (read.answers["mass_matrix"] == M.reshape(-1, 4)).all()
         assert read.precision == 0.0
+
+
+def test_a_map_says_the_level(tmp_path):
+    (tmp_path / "map.toml").write_text('level = "links"\n', encoding="utf-8")
+    assert load_coordinates(tmp_path / "map.toml") == (Coordinates(), "links")
 
 
 MAPS = {"an unknown key": "link = 'absolute'", "code": "names = ['os.system()', 'b']"}
