@@ -133,12 +133,13 @@ def test_entries_are_compared_at_the_states_of_the_seed(monkeypatch):
     assert {(each.seed, each.count) for each in settings} == {(7, arms.QUICK_COUNT)}
 
 
-def test_a_users_own_probe_stands_beside_the_built_in_one():
+def test_arms_that_are_not_the_papers_are_planned_as_what_they_are():
+    """A user's own probe beside the built-in one; one without gears by no printed equations."""
     own = load_arm("probe").model_copy(update={"payload_mass_kg": 1.5})
     sampled = arms.sample_request(plan.CrossCheckRequest(own, quick=True))
     places = [(each.where, each.model) for each in sampled]
     assert len(set(places)) == len(places)
-
-
-def test_an_arm_without_gears_is_told_of_no_printed_equations():
     assert preparation._describe_forms(make_plain_arm("plain", 2)) == []
+    short = load_scenario("pd").model_copy(update={"duration_s": 0.02})
+    rigid = plan.Experiment("short", Case(own, short, usual_switches(own))).run("analytic:coupled")
+    assert rigid.case.scenario.step_s == pytest.approx(1e-5)  # 2000 steps of 0.02 s

@@ -114,20 +114,14 @@ def print_errata(errata: list[Erratum]) -> str:
     """What `errata --all` prints, one line for each text."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(errata_texts, "WIDTH", 10_000)
-        return "\n".join(
-            errata_texts.format_sections(errata_texts.list_sections("probe", errata), True)
-        )
+        sections = errata_texts.list_sections("probe", errata)
+        return "\n".join(errata_texts.format_sections(sections, True))
 
 
 def format_errata(errata: list[Erratum]) -> str:
     """The JSON file's records."""
     sections = errata_texts.list_sections("probe", errata)
     return format_json({"errata": [row for section in sections for row in section.records]})
-
-
-def render_errata(errata: list[Erratum]) -> str:
-    """The sheet."""
-    return sheet.build_sheet(errata_texts.list_sections("probe", errata), 0.3).html
 
 
 EFFECT = {
@@ -177,6 +171,9 @@ VIEWS = {
     for name, render in (
         ("terminal", print_errata),
         ("JSON", format_errata),
-        ("page", render_errata),
+        (
+            "page",
+            lambda own: sheet.build_sheet(errata_texts.list_sections("probe", own), 0.3).html,
+        ),
     )
 }
