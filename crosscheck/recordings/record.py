@@ -144,10 +144,11 @@ def read_record(
         raise InputError(where, "", None, reason + file.suggest_names())
     require_even_enough(where, time)
     notes += describe_gaps(time)
-    # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
+    # Publishers that measure no rates or efforts fill them with zeros or with no numbers; a torque
+    # may be 0.
     for kind, nothing in (("theta_dot", "rates are 0 or"), ("torque", "torques are")):
-        table = tables[kind]
-        if table is not None and not _is_stated(kind, table):
+        table, show = tables[kind], np.nan_to_num if kind == "theta_dot" else np.isfinite
+        if table is not None and not show(table).any():
             notes.append(f"the {nothing} no number in every row and count as not stated")
             tables[kind] = None
     for kind, table in tables.items():
@@ -159,11 +160,6 @@ def read_record(
     return Record(
         where, time, angles, tables["torque"], rates=tables["theta_dot"], notes=tuple(notes)
     )
-
-
-def _is_stated(kind: str, table: np.ndarray) -> bool:
-    """Whether a table of rates or torques has information; a torque of 0 does."""
-    return bool(np.isfinite(table).any()) and (kind != "theta_dot" or bool(np.any(table)))
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
