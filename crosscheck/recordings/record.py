@@ -142,7 +142,6 @@ def read_record(
         reason = f"has no {listed}; columns must be {', '.join(names)}, ..."
         reason += "" if is_motion else ", or a TOML file names them"
         raise InputError(where, "", None, reason + file.suggest_names())
-    require_even_enough(where, time)
     notes += describe_gaps(time)
     # Publishers that measure no rates or efforts fill them with zeros or with no numbers; a torque
     # may be 0.
@@ -194,7 +193,7 @@ class _FileColumns(NamedTuple):
 
     def suggest_names(self) -> str:
         """Names that a file's columns may need, as the end of a sentence."""
-        names, renamed, others = [name for name in self.columns if name], [], list[str]()
+        names, renamed, others = list(self.columns), [], list[str]()
         counts: Counter[str] = Counter()
         for name in names:
             word = re.split(r"[\s\[(]", name.lower())[0]
