@@ -395,7 +395,7 @@ def require_even_enough(where: str, time: np.ndarray) -> None:
         now, before = float(time[row]), float(time[row - 1])
         reason = f"is that of row {row}" if now == before else f"is before row {row} ({before!r})"
         raise InputError(where, f"time, data row {row + 1}", now, f"{reason}; must rise")
-    if steps.size and steps.max() > LONGEST_GAP * steps.mean():
+    if steps.max() > LONGEST_GAP * steps.mean():
         row = int(steps.argmax()) + 2
         reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
         raise InputError(where, f"time, data row {row}", float(time[row - 1]), reason)

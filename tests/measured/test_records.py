@@ -149,7 +149,7 @@ BAD: dict[str, Callable[[str], str]] = {
     "a gap of a second": lambda text: shifted(text, 300, 1.0),
     "a stretch of long steps": lambda text: shifted(text, 300, 1e8, 6),
     "a decimal comma": put(5, 1, "0,5"),
-    "few rows": lambda text: "\n".join(text.splitlines()[:21]) + "\n",
+    "a single row": lambda text: "\n".join(text.splitlines()[:2]) + "\n",
     "no rows": lambda text: HEADER + "\n",
     "nothing": lambda text: "",
 }
@@ -317,7 +317,7 @@ def bag_of(
     """A ROS 2 bag of the record, its joints in the other order and a gripper beside them.
 
     rate: of every joint in every message; effort: in place of the record's; apart: the gripper has
-    messages of its own.
+    messages of its own, and headers have no times.
     """
     types = get_typestore(Stores.ROS2_JAZZY)
     message, stamp = (types.types[name] for name in (JOINT_STATE, TIME))
@@ -328,7 +328,7 @@ def bag_of(
         bag.add_connection("/chatter", "std_msgs/msg/String", typestore=types)
         for time, angles, torques in zip(*signals, strict=True):
             nanoseconds = 1_700_000_000 * 10**9 + round(1e9 * time)
-            own = header(stamp(*divmod(nanoseconds, 10**9)), "base")
+            own = header(stamp(*divmod(nanoseconds * (not apart), 10**9)), "base")
             names, places = ["elbow", "gripper", "shoulder"], [angles[1], 0.5, angles[0]]
             efforts = [torques[1], 0.0, torques[0]] if effort is None else [effort] * 3
             rates = [] if rate is None else [rate] * 3
