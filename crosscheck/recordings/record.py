@@ -238,7 +238,7 @@ class _FileColumns(NamedTuple):
             values = self.columns.get(name := f"{kind}_{unit}")
             if values is None:
                 continue
-            if joints == 1 and values.ndim == 1:
+            if values.ndim == 1:
                 values = values[:, None]
             if values.ndim != 2 or values.shape[1] != joints:
                 allowed = f"(times, {joints}), one column a joint"

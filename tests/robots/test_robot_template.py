@@ -53,7 +53,7 @@ GEARS = """
 <mechanicalReduction>-100</mechanicalReduction><motorInertia>1.1e-4</motorInertia></actuator></transmission>
 <transmission name="drakes"><joint name="b"/><actuator name="n">
 <drake:gear_ratio value="50"/><drake:rotor_inertia value="2e-5"/></actuator></transmission>
-<transmission name="half"><joint name="c"/><mechanicalReduction>20</mechanicalReduction>
+<transmission name="half"><joint name="c"/><mechanicalReduction> 20 </mechanicalReduction>
 </transmission>
 <transmission><joint name="d"/><mechanicalReduction>7</mechanicalReduction>
 </transmission>

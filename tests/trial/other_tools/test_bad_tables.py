@@ -103,7 +103,7 @@ MATS = {
     "text": encode_mat_file({"row": ROW, "force": np.array(["a"])}),
     "complex": encode_mat_file({"row": ROW, "force": 1j * NUMBERS}),
     "transposed": encode_mat_file({"row": ROW, "force": NUMBERS.T}),
-    "another shape": encode_mat_file({"row": ROW, "M": NUMBERS}),
+    "another shape": encode_mat_file({"row": ROW, "M": ROW}),
     "transposed, v7.3": version_7(row=ROW, force=NUMBERS.T),
     "HDF5 that is none": version_7(row=ROW, force=NUMBERS)[:700],
     "a bomb": bomb(),
