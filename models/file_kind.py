@@ -28,9 +28,9 @@ def describe_xml_kind(text: str) -> XmlKind | None:
     The text need not be well-formed: its outermost element decides, and for ``robot`` whether
     something of xacro is left in it.
     """
-    if not text.removeprefix("\ufeff").lstrip().startswith("<"):
+    if not text.lstrip().startswith("<"):
         return None
-    content = _COMMENT.sub("", text.removeprefix("\ufeff"))
+    content = _COMMENT.sub("", text)
     prologue = _PROLOGUE.match(content)
     element = _OUTERMOST.match(content, prologue.end() if prologue else 0)
     name = element.group(1) if element else ""

@@ -20,7 +20,7 @@ from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.recordings.csv_table import CsvTable, open_table
-from crosscheck.recordings.record import Record, describe_gaps, require_even_enough
+from crosscheck.recordings.record import Record, describe_gaps
 
 Column = Annotated[str, quantities.PrintableText(200)]
 FileName = Annotated[str, quantities.PrintableText(400)]
@@ -208,7 +208,6 @@ def _read_recording(
             raise InputError(pulling.where, "", None, reason)
         both = moving.select_pieces(given.columns), pulling.select_pieces(pulled)
         pieces = (np.hstack(pair) for pair in zip(*both, strict=True))
-    require_even_enough(moving.where, time)
     count, done = len(given.columns), 0
     signals = np.empty((len(time), count + len(pulled)))
     for piece in pieces:

@@ -125,7 +125,7 @@ def _measure_terms(robot: Robot, motion: Motion) -> np.ndarray:
 
 def describe_engines(engines: Sequence[Finding]) -> Iterator[str]:
     """One line where all engines agree, with the largest difference; else one for each engine."""
-    if engines and all(finding.verdict == "agree" for finding in engines):
+    if all(finding.verdict == "agree" for finding in engines):
         furthest = max(engines, key=lambda finding: finding.measured or 0.0)
         others = f"the furthest of {len(engines)} comparisons is {furthest.right}"
         yield f"all engines agree; {others}: {format_difference(furthest)}"

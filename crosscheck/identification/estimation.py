@@ -319,11 +319,10 @@ def _correlate(signal: np.ndarray) -> tuple[np.ndarray, int]:
     signal = signal - signal.mean()
     power = np.abs(np.fft.rfft(signal, 2 * len(signal))) ** 2
     correlation = np.fft.irfft(power)[: len(signal)]
-    if not correlation[0] > 0:
-        return np.ones(1), 1
     negative = np.flatnonzero(correlation <= 0)
     first = int(negative[0]) if negative.size else len(correlation)
-    return correlation / correlation[0], min(LOBES * first, len(correlation))
+    reach = max(min(LOBES * first, len(correlation)), 1)
+    return correlation / (correlation[0] or 1.0), reach  # of nothing too
 
 
 def joint_rms(values: np.ndarray, count: np.ndarray) -> np.ndarray:

@@ -217,9 +217,8 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
             yield from _describe_scaled(side, comparison.sides[place - 1], has_gears)
         else:
             yield from _describe_side(side, has_gears)
-            pairs = ", ".join(f"{first.words} and {second.words}" for first, second in side.alike)
-            if pairs:
-                yield f"This motion cannot distinguish {pairs}."
+            for first, second in side.alike:
+                yield f"This motion cannot distinguish {first.words} and {second.words}."
             if side.refinement is not None:
                 yield from _describe_refinement(side.refinement, SIDE_PHRASES[side.side])
     if comparison.knowledge.lacks_size:

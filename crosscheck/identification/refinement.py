@@ -172,8 +172,7 @@ class Refinement:
     @property
     def is_surprising(self) -> bool:
         """Whether links are further from their file than its uncertainty allows."""
-        shown = self.best.shown
-        return bool(shown) and self.best.surprise > float(chdtri(shown, SURPRISE))
+        return self.best.surprise > float(chdtri(self.best.shown, SURPRISE))
 
     @property
     def is_impossible(self) -> bool:

@@ -142,12 +142,12 @@ def read_record(
         reason = f"has no {listed}; columns must be {', '.join(names)}, ..."
         reason += "" if is_motion else ", or a TOML file names them"
         raise InputError(where, "", None, reason + file.suggest_names())
-    require_even_enough(where, time)
     notes += describe_gaps(time)
-    # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
+    # Publishers that measure no rates or efforts fill them with zeros or with no numbers; a torque
+    # may be 0.
     for kind, nothing in (("theta_dot", "rates are 0 or"), ("torque", "torques are")):
-        table = tables[kind]
-        if table is not None and table.size and not _is_stated(kind, table):
+        table, show = tables[kind], np.nan_to_num if kind == "theta_dot" else np.isfinite
+        if table is not None and not show(table).any():
             notes.append(f"the {nothing} no number in every row and count as not stated")
             tables[kind] = None
     for kind, table in tables.items():
@@ -159,11 +159,6 @@ def read_record(
     return Record(
         where, time, angles, tables["torque"], rates=tables["theta_dot"], notes=tuple(notes)
     )
-
-
-def _is_stated(kind: str, table: np.ndarray) -> bool:
-    """Whether a table of rates or torques has information; a torque of 0 does."""
-    return bool(np.isfinite(table).any()) and (kind != "theta_dot" or bool(np.any(table)))
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
@@ -198,7 +193,7 @@ class _FileColumns(NamedTuple):
 
     def suggest_names(self) -> str:
         """Names that a file's columns may need, as the end of a sentence."""
-        names, renamed, others = [name for name in self.columns if name], [], list[str]()
+        names, renamed, others = list(self.columns), [], list[str]()
         counts: Counter[str] = Counter()
         for name in names:
             word = re.split(r"[\s\[(]", name.lower())[0]
@@ -243,7 +238,7 @@ class _FileColumns(NamedTuple):
             values = self.columns.get(name := f"{kind}_{unit}")
             if values is None:
                 continue
-            if joints == 1 and values.ndim == 1:
+            if values.ndim == 1:
                 values = values[:, None]
             if values.ndim != 2 or values.shape[1] != joints:
                 allowed = f"(times, {joints}), one column a joint"
@@ -400,7 +395,7 @@ def require_even_enough(where: str, time: np.ndarray) -> None:
         now, before = float(time[row]), float(time[row - 1])
         reason = f"is that of row {row}" if now == before else f"is before row {row} ({before!r})"
         raise InputError(where, f"time, data row {row + 1}", now, f"{reason}; must rise")
-    if steps.size and steps.max() > LONGEST_GAP * steps.mean():
+    if steps.max() > LONGEST_GAP * steps.mean():
         row = int(steps.argmax()) + 2
         reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
         raise InputError(where, f"time, data row {row}", float(time[row - 1]), reason)

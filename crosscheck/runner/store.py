@@ -36,10 +36,9 @@ class Store:
             self.give_up(error)
 
     def give_up(self, error: OSError) -> None:
-        """Keep nothing more, and say why; once."""
-        if self.usable:
-            reason = f"cannot be written: {error.strerror}; simulations are not kept"
-            print(format_line(f"{PROGRAM}{self.folder}: {reason}"), file=sys.stderr)
+        """Keep nothing more, and say why."""
+        reason = f"cannot be written: {error.strerror}; simulations are not kept"
+        print(format_line(f"{PROGRAM}{self.folder}: {reason}"), file=sys.stderr)
         self.usable = False
 
     def get(self, key: str, decode: Callable[[bytes], Value]) -> Value:

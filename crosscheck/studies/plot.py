@@ -204,11 +204,11 @@ def find_state_boundary(values: np.ndarray) -> float | None:
     finite_values = np.sort(values[np.isfinite(values)])
     few = int(FEW * finite_values.size)
     finite_values = finite_values[few : finite_values.size - few]
-    if finite_values.size < 4 or finite_values[-1] == finite_values[0]:
+    if finite_values.size < 4:
         return None
     gaps = np.diff(finite_values)
     widest = int(gaps.argmax())
-    if gaps[widest] < TWO_STATES * (finite_values[-1] - finite_values[0]):
+    if gaps[widest] <= TWO_STATES * (finite_values[-1] - finite_values[0]):
         return None
     return float(finite_values[widest] + finite_values[widest + 1]) / 2
 

@@ -174,7 +174,7 @@ def read_robot_file(name: str) -> dict[str, Any]:
     path = Path(name)
     if not is_urdf(name):
         content = read_raw_robot(name)
-        if "base" in content and "urdf" not in content:
+        if "base" in content:
             return parse_toml(_write_free_arm(path, content).file)
         return content
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
@@ -193,7 +193,7 @@ def fill_masses(content: dict[str, Any], text: str, where: str) -> None:
     """
     links = content.setdefault("links", {})
     urdf, _ = _read_mechanism(text, where)
-    for link in urdf.links if isinstance(links, dict) else ():
+    for link in urdf.links:
         if link.body is not None and LINK_MASS.allows(link.body.mass):
             links.setdefault(link.name, {"mass_kg": link.body.mass})
 

@@ -127,7 +127,7 @@ def describe_heavy_rotors(
     for rotor in rotors:
         joint, reflected = joints[rotor.joint], rotor.ratio**2 * rotor.inertia
         links, unit = (mass, "kg") if joint.kind == "prismatic" else (whole, "kg m^2")
-        if reflected > HEAVIER * links > 0:
+        if reflected > HEAVIER * links:
             row = joint.name, f"{rotor.inertia:.4g}", f"{reflected:.2g}"
             heavy.setdefault((links, unit), []).append(row)
     for (links, unit), rows in heavy.items():

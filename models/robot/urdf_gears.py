@@ -73,9 +73,9 @@ def read_gears(text: str, where: str) -> tuple[dict[str, StatedGear], list[str]]
     left_out = []
     for transmission in root.iter("transmission"):
         name = f"transmission {transmission.get('name', '')}".rstrip()
-        turned = {each.get("name", "") for each in transmission.findall("joint")}
+        turned = dict.fromkeys(each.get("name", "") for each in transmission.findall("joint"))
         if len(turned) > 1:
-            joined = ", ".join(sorted(turned))
+            joined = ", ".join(turned)
             left_out.append(f"{name} left out: of {joined}, and a rotor here turns with one joint")
         if len(turned) != 1:
             continue

@@ -38,6 +38,7 @@ from crosscheck.audit.figures.figure_data import (
     make_condition,
     make_start_variant,
 )
+from crosscheck.audit.figures.plotting import Curve, Panel, draw_panels
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.models.errors import Diverged
@@ -106,6 +107,9 @@ def test_drawn_laws_are_deterministic(kept):
         plate = draw(shelf)
         assert plate.to_html() == draw(shelf).to_html()
         assert all(svg.startswith("<svg") for svg, _ in plate.drawings)
+    both = [Curve([0.0, 1.0], [0.0, 1.0], "C0", name) for name in "ab"]
+    drawn = [draw_panels(1.0, "x", [Panel(curves, {})]) for curves in (both, both[:1])]
+    assert ["legend" in each for each in drawn] == [True, False]
     assert draw_figure_5(shelf).numbers["eq8_is_the_fundamental"] is True
     cells = re.findall(r"<td[^>]*>([^<]+)</td>", draw_figure_4(shelf).tables["sharpness"])
     for sigma, gap_um, product, pull_um in np.array(cells, dtype=float).reshape(-1, 4):

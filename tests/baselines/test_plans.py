@@ -9,11 +9,12 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.checks.answers import Setting
 from crosscheck.checks.sampled import Subjects
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
-from crosscheck.planning import arms, plan
+from crosscheck.planning import arms, plan, preparation
 from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, collect_tasks
 from crosscheck.planning.preparation import Preparation
@@ -130,3 +131,15 @@ def test_entries_are_compared_at_the_states_of_the_seed(monkeypatch):
     entries: Any = arms.plan_arm(request, None).compute_entries  # type: ignore[arg-type]
     settings = [model.setting for model in entries.args[1]]
     assert {(each.seed, each.count) for each in settings} == {(7, arms.QUICK_COUNT)}
+
+
+def test_arms_that_are_not_the_papers_are_planned_as_what_they_are():
+    """A user's own probe beside the built-in one; one without gears by no printed equations."""
+    own = load_arm("probe").model_copy(update={"payload_mass_kg": 1.5})
+    sampled = arms.sample_request(plan.CrossCheckRequest(own, quick=True))
+    places = [(each.where, each.model) for each in sampled]
+    assert len(set(places)) == len(places)
+    assert preparation._describe_forms(make_plain_arm("plain", 2)) == []
+    short = load_scenario("pd").model_copy(update={"duration_s": 0.02})
+    rigid = plan.Experiment("short", Case(own, short, usual_switches(own))).run("analytic:coupled")
+    assert rigid.case.scenario.step_s == pytest.approx(1e-5)  # 2000 steps of 0.02 s

@@ -25,6 +25,7 @@ def prepare(patch: pytest.MonkeyPatch, seen: Seen) -> None:
         interpret(patch, seen.model, seen.kernel)
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of what is harmed
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
 def test_a_fault_turns_its_check_red(fault, monkeypatch):
     assert without_fault(fault.seen) == "agree"

@@ -99,18 +99,14 @@ def judge(kind: Kind, seed: int) -> tuple[bool, bool, bool]:
     """Whether what is true is said, something false, and whether the rotor's interval covers it."""
     robot = kind.robot()
     side, scaled = both_sides(robot, kind.make(robot, seed))
-    return kind.is_true(side, scaled), is_false(side, scaled, kind), covers(side, kind)
-
-
-def is_false(side: SideResult, scaled: SideResult, kind: Kind) -> bool:
-    """Whether anything is said that is not so."""
-    return (
+    is_false = (
         not {each.term.name for each in side.seen} <= kind.rotors
         or bool(side.impossible)
         or (side.delay is not None and not kind.has_delay)
         or (bool(scaled.wrong_factors) and not kind.has_factors)
         or (bool(scaled.find_worse_joints(side)) and kind.robot is arm)
     )
+    return kind.is_true(side, scaled), is_false, covers(side, kind)
 
 
 def covers(side: SideResult, kind: Kind) -> bool:

@@ -18,7 +18,7 @@ from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import format_estimate
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import _rank, compare_levels, draw_samples
-from crosscheck.identification.terms import RotorRegressor, build_columns, shared_motors
+from crosscheck.identification.terms import RotorRegressor, _armatures, build_columns, shared_motors
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings import csv_table
@@ -75,7 +75,9 @@ def test_a_second_program_estimates_the_same(robot, coupled):
 
 def test_what_does_not_move_is_no_link_of_a_recording():
     solid, turn = chains.Solid(2.0, (0.1, 0, 0)), chains.joint("turn", "ground", "arm")
-    text = chains.urdf(chains.link("ground", solid), chains.link("arm", solid), turn)
+    empty = chains.link("frame", chains.Solid(0.0, inertia=(0.0,) * 6))
+    links, fixed = (chains.link("ground", solid), chains.link("arm", solid), empty), "fixed"
+    text = chains.urdf(*links, turn, chains.joint("frame", "arm", "frame", fixed))
     paths = [each.path.split(".") for each in SpatialRobot(chains.robot(text)).parameters]
     assert {name for _, table, name, *_ in paths if table == "links"} == {"arm"}
 
@@ -173,6 +175,7 @@ def test_a_motor_that_two_joints_turn_adds_what_they_share(robot):
     """Of T = J (N q2' + N q3')^2 / 2, torques are J N^2 (q2'' + q3'') at both."""
     shared = shared_motors(np.array([[RATIO, 0, 0], [0, RATIO, 0], [0, RATIO, RATIO]]))
     assert shared == pytest.approx(np.array([[0.0, 1.0, 1.0]]))
+    assert not shared_motors(np.array([[0.0, 1, 1], [1, 0, 0], [0, 0, 1]])).size  # none of its own
     samples = draw_samples(robot, shared)
     columns = build_columns(robot, shared, samples)
     by_name = {term.name: columns.values[:, :, n] for n, term in enumerate(columns.terms)}
@@ -204,6 +207,8 @@ def test_armature_of_a_file_is_the_reflected_inertia_of_all_rotors_of_a_joint(ro
     terms = build_columns(harmed, np.zeros((0, 3)), samples).terms
     named = [term.value for term in terms if term.kind == "armature"]
     assert named == [pytest.approx(0.36 + 0.04), pytest.approx(0.25), None]  # N^2 J, kg m^2
+    follower = replace(harmed, rotors=(replace(geared[0], joint=7),))  # of no coordinate
+    assert _armatures(follower) == [None] * 3
 
 
 DESCRIPTION = """
@@ -278,7 +283,7 @@ def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):
     monkeypatch.setattr(csv_table, "PIECE", 3)
     (tmp_path / "long.csv").write_text("a,b,frame\n" + 7 * "1,2,x\n" + "3,,\n" + 4 * "1,2,x\n")
     with pytest.raises(InputError, match="b, data row 8: must be a number"):
-        list(csv_table.open_table(tmp_path / "long.csv").select_pieces(("b",)))
+        list(csv_table.open_table(tmp_path / "long.csv").select_pieces(("", "b")))
 
 
 def test_torques_of_a_long_recording_are_read_as_they_are(tmp_path):
@@ -290,6 +295,7 @@ def test_torques_of_a_long_recording_are_read_as_they_are(tmp_path):
     )
     description = load_description(tmp_path / "record.toml")
     (found,) = read_recordings(description, chains.robot(chains.BOB), tmp_path / "record.toml")
+    assert found.time[-1] == pytest.approx(599.999)
     assert len(found.time) == 600_000
     assert set(np.unique(found.motor_torque)) == {-2.0, 2.0}
 
@@ -299,6 +305,7 @@ def test_torques_of_a_long_recording_are_read_as_they_are(tmp_path):
     [
         ({"position": np.full((4000, 3), 0.3)}, "position: is the same in every row"),
         ({"motor_torque": np.zeros((4000, 3))}, "motor_torque: is 0 in every row: not measured"),
+        ({"motor_torque": np.full((4000, 3), np.nan)}, "motor_torque: is 0 in every row"),
     ],
 )
 def test_a_recording_of_nothing_is_refused(robot, given, words):

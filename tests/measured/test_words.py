@@ -12,7 +12,7 @@ from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
-from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
+from crosscheck.identification.restrictions import FileJudgement, Restriction, _apply, flag_friction
 from crosscheck.identification.terms import TermEstimate, TermKind, TorqueTerm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -128,6 +128,8 @@ def test_links_of_the_file_say_how_far_off_they_are(excited: bool, snapshot: Sna
     scaled.find_worse_joints = lambda identified: {"j2": 1.2345, "j3": 2.0}
     lines = messages._describe_scaled(scaled, side(is_excited=excited))
     assert "\n".join(lines) == snapshot
+    shown = made(select=lambda kind: [J1], threshold=4.0, is_excited=excited)
+    assert vars(compare.SideResult)["has_other_gravity"].fget(shown) == excited
     bare = messages._describe_scaled(scaled, side(is_excited=excited), has_gears=False)
     assert not [line for line in bare if "rotor" in line or "armature" in line]
 
@@ -247,6 +249,7 @@ INTERVALS = {
     "6e-07 ± 1.2e-06": (6e-7, 1.2e-6),
     "0.4512345 ± 0.0000012": (0.4512345, 1.2e-6),
     "1 ± 41 (the record does not determine it)": (1.2, 41.0),
+    "-1.2 ± 1.1": (-1.2, 1.1),
 }
 
 
@@ -353,6 +356,7 @@ def test_a_change_that_explains_nothing_may_be_the_likeliest():
     judgement = FileJudgement((WRONG,), (UNLIKELY,))
     assert judgement.best is WRONG
     assert judgement.likeliest is UNLIKELY
+    assert _apply(LABELLED, PAYLOAD, IMPOSSIBLE.estimates) is None
     assert judgement.compare(WRONG, judgement.likeliest) == pytest.approx(101.0)
 
 
@@ -367,8 +371,13 @@ def test_friction_is_flagged_where_it_is_not_the_files():
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
 
 
-@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), ()])
+@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])
 def test_runs_say_whether_they_stay(stays, snapshot: SnapshotAssertion):
     windows = [made(stays_s=each, time=[1.0, 3.0], within=1.0) for each in stays]
     compared = made(windows=windows, mechanism=made(noun="robot"))
     assert "\n".join(messages._describe_runs(compared)) == snapshot
+    share = np.median([each / 2.0 for each in stays]) if stays else 1.0  # of runs of 2 s
+    for within in (0.49, 0.51):
+        compared.windows = [made(**{**vars(each), "within": within}) for each in windows]
+        leaves = vars(compare.RecordComparison)["leaves_at_once"].fget(compared)
+        assert leaves == (share < compare.SOON and within < 0.5)

@@ -127,7 +127,9 @@ def test_planets_start_at_contact_or_in_the_middle_and_where_offsets_move_them(n
 
 @every_run
 def test_lumped_planets_start_where_their_standing_errors_touch(name):
-    model = free(name, planet_laws.standing_errors(), planets="lumped")
+    arm = planet_laws.standing_errors()
+    start: dict[str, object] = {"planet_offset_m": [[0.0] * each for each in arm.planet_counts]}
+    model = free(name, arm, start, planets="lumped")  # offsets of nothing
     assert planet_laws.start_off(model) < 1e-16
     first = model.simulate().isel(time=0, joint=0)
     np.testing.assert_allclose(first.x_sp, 4e-5 - 6e-6, rtol=0, atol=1e-16)

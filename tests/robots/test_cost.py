@@ -3,6 +3,8 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,12 @@ from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cli.files.template import make_plain_arm, template
-from crosscheck.cost.output import _tabulate_agreement, cost_page, describe_result
+from crosscheck.cost.output import (
+    _describe_disagreements,
+    _tabulate_agreement,
+    cost_page,
+    describe_result,
+)
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
@@ -70,6 +77,8 @@ def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
     few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2], 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
+    none = written(tmp_path, np.linspace(0, 2, 400), angles[:, :0])
+    assert_one_line(crosscheck("cost", "sliding", "--motion", none), "has no angles; columns")
 
 
 def test_a_rotor_that_turns_about_a_fixed_axis_costs_nothing_as_armature():
@@ -133,6 +142,9 @@ def test_engines_that_differ_are_reported_and_fail_the_command(monkeypatch, cros
     assert answer.code == 1
     assert "engines differ: gravity of coupled: analytic and exudyn by" in answer.out
     assert answer.out.startswith("The programs do not agree on sliding, so no cost is given.")
+    lost = SimpleNamespace(verdict="failed", measured=None, note="exudyn:links: died")
+    both: Any = SimpleNamespace(agreement=[lost, lost], robot=SimpleNamespace(name="sliding"))
+    assert list(_describe_disagreements(both))[1:] == ["engines: exudyn:links: died"]
 
 
 def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.robot_states import compute_sizes, sample_states
-from crosscheck.cost import output
+from crosscheck.cost import output, shortcuts
 from crosscheck.cost.meshes import motor_torques, tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
@@ -78,15 +78,9 @@ def test_where_programs_differ_no_view_tells_a_cost():
 @pytest.mark.parametrize(
     ("value", "unit", "shown"),
     [
-        (1.11, "m", "1.11 m"),
-        (0.9996, "m", "1 m"),
-        (0.39, "m", "390 mm"),
-        (2.04e-6, "m", "2.04 \u00b5m"),
-        (1e-12, "m", "below 1 nm"),
-        (0.0, "N m", "0 N m"),
-        (12345.0, "N", "12.3 kN"),
-        (4.56e7, "N", "45600 kN"),
-        (-0.0165, "N m", "-16.5 mN m"),
+        *((1.11, "m", "1.11 m"), (0.9996, "m", "1 m"), (0.39, "m", "390 mm")),
+        *((2.04e-6, "m", "2.04 \u00b5m"), (1e-12, "m", "below 1 nm"), (0.0, "N m", "0 N m")),
+        *((12345.0, "N", "12.3 kN"), (4.56e7, "N", "45600 kN"), (-0.0165, "N m", "-16.5 mN m")),
     ],
 )
 def test_amounts_are_written_as_people_write_them(value, unit, shown):
@@ -109,6 +103,13 @@ def test_shares_are_written_in_per_cent(share, shown):
 )
 def test_digits_that_programs_share(difference, digits):
     assert output.digits_of(difference) == digits
+
+
+def test_coupling_below_a_least_factor_is_negligible_at_any_ratio():
+    """A hundredth is allowed, and a term falls as the ratio rises."""
+    terms = [np.array([0.98e-6]), np.array([1.02e-6])]
+    found = [shortcuts._negligible_factor(each, np.zeros(1)) for each in terms]
+    assert found == pytest.approx([0.0, 1.02e-4])
 
 
 def test_runs_that_diverge_are_reported():

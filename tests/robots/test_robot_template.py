@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
@@ -52,9 +53,9 @@ GEARS = """
 <mechanicalReduction>-100</mechanicalReduction><motorInertia>1.1e-4</motorInertia></actuator></transmission>
 <transmission name="drakes"><joint name="b"/><actuator name="n">
 <drake:gear_ratio value="50"/><drake:rotor_inertia value="2e-5"/></actuator></transmission>
-<transmission name="half"><joint name="c"/><mechanicalReduction>20</mechanicalReduction>
+<transmission name="half"><joint name="c"/><mechanicalReduction> 20 </mechanicalReduction>
 </transmission>
-<transmission name="alone"><joint name="d"/><mechanicalReduction>7</mechanicalReduction>
+<transmission><joint name="d"/><mechanicalReduction>7</mechanicalReduction>
 </transmission>
 <transmission name="both"><joint name="a"/><joint name="b"/></transmission>
 """
@@ -70,19 +71,27 @@ def geared_text(gears: str = GEARS, armature: str = "0.08") -> str:
 
 
 def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
-    (tmp_path / "r.urdf").write_text(geared_text())
+    weld = link("tool") + joint("weld", "link e", "tool", "fixed")
+    weld += link("vane", Solid()) + joint("vane", "tool", "vane") + '<passive_joint name="vane"/>'
+    for name in ("weld", "vane"):
+        weld += f'<transmission><joint name="{name}"/><mechanicalReduction>3</mechanicalReduction>'
+        weld += "</transmission>"
+    (tmp_path / "r.urdf").write_text(geared_text(GEARS + weld))
     answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
     assert (answer.code, answer.err) == (0, "")
     assert "5 joints, 3 geared" in answer.out
+    assert "weld" not in answer.out
     assert "transmission both left out: of a, b" in answer.out
     assert "e: armature 0.08 kg m^2 of joint e" in answer.out
     text = (tmp_path / "r.toml").read_text()
     assert "# ratio -100 of transmission turn: mechanicalReduction, rotor 0.00011 kg m^2 of" in text
-    assert 'd = { kind = "direct" } # ratio 7 of transmission alone: mechanicalReduction' in text
+    assert 'd = { kind = "direct" } # ratio 7 of transmission: mechanicalReduction' in text
     robot = load_robot(str(tmp_path / "r.toml"))
     rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}
     # 0.08 = 20^2 J of the joint with an armature and a ratio
     assert rotors == {"a": (-100.0, 1.1e-4), "b": (50.0, 2e-5), "c": (20.0, 0.08 / 400)}
+    *_, last = load_as_robot(str(tmp_path / "r.urdf"), 20.0, 1e-4).rotors  # e, by its armature
+    assert last.inertia == 0.08 / 400
 
 
 def test_a_stated_gear_is_called_what_its_file_calls_it():

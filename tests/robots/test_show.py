@@ -8,7 +8,7 @@ from syrupy.assertion import SnapshotAssertion
 from crosscheck.models.mechanism import read_robot_data
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.provenance import ROOT
-from tests.robots.chains import Solid, joint, link, urdf
+from tests.robots.chains import BOB, Solid, joint, link, urdf
 
 BODY = (0.01, 0.001, 0.0, 0.02, 0.002, 0.015)
 SLIPS = {  # mass and inertia of a link; the first has none
@@ -53,12 +53,13 @@ def test_a_robot_of_possible_bodies_is_shown(crosscheck):
 @pytest.mark.parametrize(("inertia", "is_doubtful"), [(1e-4, False), (100.0, True)])
 def test_a_rotor_beyond_all_links_is_doubted(inertia, is_doubtful):
     content, rotor = read_robot_data("sliding"), {"kind": "geared", "rotor_inertia_kg_m2": inertia}
-    content["robot"]["joints"] = {name: {**rotor, "ratio": 300.0} for name in ("swivel", "slide")}
+    names = "swivel", "slide", "tilt"
+    content["robot"]["joints"] = {name: {**rotor, "ratio": 300.0} for name in names}
     file = RobotFile.model_validate(content["robot"])
     said = [each for each in build_robot(file, content["urdf"], "", "").notes if "rotor" in each]
     assert said == is_doubtful * [
-        "joint swivel: its rotor of 100 kg m^2 is 9e+06 kg m^2 at the joint, beside at most"
-        " 78 kg m^2 of all links; used as given",
+        "joints swivel, tilt: their rotors of 100 kg m^2 are 9e+06 kg m^2 at the joints, beside at"
+        " most 78 kg m^2 of all links; used as given",
         "joint slide: its rotor of 100 kg m^2 is 9e+06 kg at the joint, beside at most"
         " 30 kg of all links; used as given",
     ]
@@ -70,6 +71,8 @@ def test_friction_and_free_planets_of_a_joint_are_shown(crosscheck, tmp_path):
     assert "; friction 4.5 N m s/rad; planets move by themselves" in shown
     assert "; friction 2.2 N m s/rad; planets move by themselves" in shown
     assert "; friction" not in crosscheck("show", "puma560").out
+    (tmp_path / "disc.urdf").write_text(BOB.replace('<mass value="2.0"/>', '<mass value="0"/>'))
+    assert "swing: revolute, moves 0 kg with" in crosscheck("show", tmp_path / "disc.urdf").out
 
 
 MIMIC = """<mujoco><worldbody><body><freejoint/><geom size="0.1"/>

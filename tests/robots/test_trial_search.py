@@ -17,11 +17,11 @@ from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.planar import build_planar_robot
-from crosscheck.models.robot.robot import RIGID, Robot, RobotBody
+from crosscheck.models.robot.robot import RIGID, Mimic, Robot, RobotBody
 from crosscheck.trial.changes.arms import steps
 from crosscheck.trial.changes.arms.arm_numbers import list_robot_numbers
 from crosscheck.trial.changes.kane import KaneSum
-from crosscheck.trial.changes.mistakes import list_body_parts, list_frame_mistakes
+from crosscheck.trial.changes.mistakes import _confuse_mimic, list_body_parts, list_frame_mistakes
 from crosscheck.trial.changes.numbers import UNITS, UNITS_OF, is_physical, list_numbers, put_value
 from crosscheck.trial.changes.pairs import PairSearch, Single, rank_pairs
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
@@ -286,6 +286,13 @@ def test_a_table_has_what_another_robot_changes(seed):
             exact = AnalyticRobot(robots[number], level).terms(*states[:2])
             for change, right, other in require_items(zip(together, base, exact, strict=True)):
                 np.testing.assert_allclose(right + change[number], other, rtol=1e-9, atol=1e-10)
+
+
+def test_a_follower_may_be_taken_for_another_in_five_ways():
+    mistakes = _confuse_mimic(SimpleNamespace(mimic=Mimic(0, -3.0, 0.5)))
+    assert [(each.multiplier, each.offset) for _, each in mistakes] == [
+        *((3.0, 0.5), (1.0, 0.5), (9.0, 0.5), (-3.0, 0.0), (-3.0, -0.5))
+    ]
 
 
 def test_a_factor_between_units_is_the_number_that_its_words_say():

@@ -65,12 +65,6 @@ def _wrong_sum(file: h5py.File) -> None:
         raw.write(b"\xff" * 4)
 
 
-def _virtual(file: h5py.File) -> None:
-    layout = h5py.VirtualLayout(shape=(3,), dtype="f8")
-    layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=(3,))
-    file.create_virtual_dataset("virtual", layout)
-
-
 def _many(file: h5py.File) -> None:
     for number in range(200):
         made = file.create_dataset(f"number{number}", data=np.arange(3.0))
@@ -85,17 +79,13 @@ def _attribute(name: str, value: object, of: str = "theta_peak") -> Callable[[h5
     return lambda file: operator.setitem(file[of].attrs, name, value)
 
 
-def _reference(file: h5py.File) -> None:
-    del file["theta_peak"].attrs["DIMENSION_LIST"]
-    file["theta_peak"].attrs["DIMENSION_LIST"] = 7
-
-
 def _infinite(file: h5py.File) -> None:
     file["sample"][...] = 7
     file["theta_peak"][...] = np.array([1e308, -1e308, 1e308]).reshape(1, 3, 1)
 
 
-SHAPE = (2, 3, 2)
+SHAPE, ELSEWHERE = (2, 3, 2), h5py.VirtualLayout(shape=(3,), dtype="f8")
+ELSEWHERE[:] = h5py.VirtualSource("/etc/passwd", "x", shape=(3,))
 HARM: dict[str, Callable[[h5py.File], object]] = {
     "wrong checksum": _wrong_sum,
     "huge shape": lambda file: _again(file, shape=(2, 3, 10**15), chunks=(1, 1, 1000), dtype="f8"),
@@ -106,7 +96,7 @@ HARM: dict[str, Callable[[h5py.File], object]] = {
     "external link": _put("other", h5py.ExternalLink("/etc/passwd", "/x")),
     "soft loop": _put("loop", h5py.SoftLink("/loop")),
     "hard loop": lambda file: operator.setitem(file.create_group("group"), "up", file["/"]),
-    "virtual": _virtual,
+    "virtual": lambda file: file.create_virtual_dataset("virtual", ELSEWHERE),
     "words": lambda file: _again(
         file, data=np.full(SHAPE, b"text", dtype=object), dtype=h5py.string_dtype()
     ),
@@ -122,7 +112,7 @@ HARM: dict[str, Callable[[h5py.File], object]] = {
     "study of numbers": _attribute("study_sha256", np.arange(64), "/"),
     "another format": _attribute("schema_version", 99, "/"),
     "format of words": _attribute("schema_version", "one", "/"),
-    "references": _reference,
+    "references": _attribute("DIMENSION_LIST", 7),
     "a range of no floats": _infinite,
 }
 HARMLESS = {

@@ -130,6 +130,7 @@ EVERY = [
     {"kind": "spectral_peak", "signal": "theta_ddot", "joint": 1},
     {"kind": "rigid_deviation"},
     {"kind": "trajectories", "signals": ["theta", "x_sp"]},
+    {"kind": "peak", "signal": "theta", "window_s": [0.00011, 0.00019]},  # between two records
 ]
 
 
@@ -159,6 +160,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
             "theta_rigid_deviation_coupled": np.abs((run - rigid)["theta"].values).max(axis=0),
             "theta": run["theta"].values,
             "x_sp": run["x_sp"].values,
+            "theta_peak": np.nan * run["theta"].values[0],
         }
         for name, value in require_items(expected.items()):
             # the ensemble's rounding, of 500 steps, against the plain kernel's

@@ -151,6 +151,7 @@ def test_two_states_are_distinguished_from_one():
     assert find_state_boundary(one) is None
     assert find_state_boundary(np.where(one > 0.5, one + 3, one)) == pytest.approx(2, abs=0.6)
     assert find_state_boundary(np.array([1.0, np.nan])) is None
+    assert find_state_boundary(np.ones(9)) is None
     far = np.append(np.where(one > 0.5, one + 3, one).ravel(), 1e5)
     assert find_state_boundary(far) == pytest.approx(2, abs=0.6)
     for outliers, is_state in ((4, False), (5, True)):  # of 200 members

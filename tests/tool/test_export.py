@@ -15,6 +15,7 @@ from syrupy.assertion import SnapshotAssertion
 from crosscheck.analytic.kernel.fmu import generate_unit
 from crosscheck.checks.answers import sample_states
 from crosscheck.cli.files.export import (
+    _format_head,
     build_model,
     describe_model,
     describe_robot_model,
@@ -196,6 +197,7 @@ def test_a_robots_file_says_first_what_it_is(snapshot: SnapshotAssertion):
 )
 def test_a_name_of_c_is_made_of_any_name(name, c_name):
     assert make_c_name(name) == c_name
+    assert "*/" not in _format_head(f"{name} */")
 
 
 COMPILERS = {

@@ -4,11 +4,12 @@ import math
 
 import pytest
 
-from crosscheck.cli.show import derived_arm
+from crosscheck.cli.show import derived_arm, derived_joint
+from crosscheck.models.arm.meshes import replace_damping
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
 from crosscheck.trial.changes.arms.letters import collect_arm_values
-from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM
+from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM, find_meant_symbols
 from tests.loops import require_items
 
 
@@ -26,6 +27,12 @@ def list_symbols(text: str) -> dict[str, str]:
 
 
 def test_a_poles_frequency_and_ratio_are_its_size_and_its_angle(monkeypatch):
+    damped = replace_damping(load_arm("probe"), 2.0)  # by more than what would vibrate
+    assert "mesh mode" not in {row.name for row in derived_arm(damped)}
+    bare = damped.joints[0].model_copy(update={"sun_mass_kg": 0.0})
+    assert "sun: radius of gyration over base radius" not in {
+        row.name for row in derived_joint(bare)
+    }
     monkeypatch.setattr("crosscheck.cli.show._mesh_poles", lambda model: [-30 + 40j])
     shown = {row.name: row.value for row in derived_arm(load_arm("probe"))}
     assert shown["mesh mode"] == pytest.approx(50 / (2 * math.pi))
@@ -53,3 +60,4 @@ def test_the_reference_has_the_symbols_of_an_arm():
         number = "" if symbol.stem in OF_ARM else "1"
         (row,) = (row for row in rows if f"`{symbol.stem}{number}`" in row)
         assert (f"`{symbol.field}`" if symbol.field else "follow") in row
+    assert find_meant_symbols("i_2", {"I_l1", "I_l2"}) == ["I_l2"]  # no ratio n2 is there

@@ -217,7 +217,7 @@ def test_what_a_task_has_started_ends_with_its_worker(work, tmp_path):
 @pytest.mark.parametrize("stricter", [True, False])
 def test_a_limit_of_the_users_own_is_not_exceeded(stricter):
     def work() -> None:
-        used = int(sum(os.times()[:2]))
+        used, psutil.Process.cpu_times = 100, lambda process: (60.0, 40.0)
         own = used + (100 if stricter else 10_000)
         resource.setrlimit(resource.RLIMIT_CPU, (own, own))
         limit_resources(10**9, 300)

@@ -68,10 +68,10 @@ def test_a_package_in_the_current_folder(tmp_path, monkeypatch):
 
 def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path):
     (tmp_path / "beside_hand.py").write_text("ten = 10\n")
-    (tmp_path / "json.py").write_text("raise RuntimeError\n")
+    (tmp_path / "zipapp.py").write_text("raise RuntimeError\n")  # which nothing has imported
     (tmp_path / "crosscheck").mkdir()
     (tmp_path / "crosscheck" / "__init__.py").write_text("raise RuntimeError\n")
-    code = "import json, crosscheck.models.arm.arm\nfrom beside_hand import ten\n"
+    code = "import zipapp, crosscheck.models.arm.arm\nfrom beside_hand import ten\n"
     code += "model = Equations(mass_matrix=lambda q: np.eye(2) * ten)"
     assert payload(over(tmp_path, code)) == 10.0
     (tmp_path / "later_hand.py").write_text("ten = 10\n")

@@ -70,15 +70,12 @@ def test_where_a_function_bends_gear_angles(labelled):
     assert_never_blamed(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
 
 
-def by_actuator(x: np.ndarray) -> np.ndarray:
-    """The elbow by the length of an actuator across it, between 0.1 m and 0.7 m."""
-    a, b = 0.3, 0.4
-    return np.array([x[0], np.arccos((a * a + b * b - x[1] ** 2) / (2 * a * b))])
-
-
 def test_where_a_function_reaches_half_of_all_poses(labelled):
-    """And an error is seen there as well."""
-    own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
+    """The elbow by an actuator's length, 0.1 m to 0.7 m; and an error is seen there as well."""
+    by_actuator = Coordinates(
+        function=lambda x: np.array([x[0], np.arccos((0.3**2 + 0.4**2 - x[1] ** 2) / 0.24)])
+    )
+    own = in_coordinates("pinocchio:links", by_actuator, labelled)
     assert_never_blamed(own, labelled)
     wrong_equations = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
     assert judged(wrong_equations, labelled).exit_code == 1

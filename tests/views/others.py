@@ -76,9 +76,8 @@ def print_errata(errata: list[Erratum]) -> str:
     """What `errata --all` prints, one line for each text."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(errata_texts, "WIDTH", 10_000)
-        return "\n".join(
-            errata_texts.format_sections(errata_texts.list_sections("probe", errata), True)
-        )
+        sections = errata_texts.list_sections("probe", errata)
+        return "\n".join(errata_texts.format_sections(sections, True))
 
 
 def format_errata(errata: list[Erratum]) -> str:

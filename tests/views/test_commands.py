@@ -37,6 +37,7 @@ axes = [{ path = "arm.payload_mass_kg", kind = "list", values = [1.0, 1.5, 2.0] 
 quantities = [
     { kind = "peak", signal = "theta_ddot" },
     { kind = "crossing", signal = "theta", level = 3.0, side = "above" },
+    { kind = "trajectories", signals = ["torque"] },
 ]
 """
 HANGING = """

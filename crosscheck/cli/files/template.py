@@ -96,7 +96,8 @@ SIZES = (
 def init_command(path: Path, joints: int, direct: bool) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
     require_new(path)
-    arm = (make_plain_arm if direct else example_arm)(_choose_name(path.stem), joints)
+    own_name = path.stem if PrintableText(80).allows(path.stem) else "my-arm"
+    arm = (make_plain_arm if direct else example_arm)(own_name, joints)
     write_new_text(path, template(arm))
     name, word = make_printable(str(path)), make_printable(shlex.quote(str(path)))
     count = _format_joint_count(joints, direct)
@@ -127,11 +128,6 @@ def template(arm: Arm) -> str:
         from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
         lines += ["", CAD, *(f"# {line}" for line in ("[[links]]", *_fields(from_cad, True)))]
     return "\n".join(lines) + "\n"
-
-
-def _choose_name(stem: str) -> str:
-    """The arm's name; an unprintable one is left to the user."""
-    return stem if PrintableText(80).allows(stem) else "my-arm"
 
 
 def make_plain_arm(name: str, joints: int) -> Arm:

@@ -55,12 +55,10 @@ def select_statements(
     while new := [each for each in current if each not in selected and changed[each] & wanted]:
         selected |= {*new}
         wanted |= {name for each in new for name in _list_names(_compile(each), "LOAD")}
-    return [each for each in body if each in selected or _is_future(each)]
-
-
-def _is_future(statement: ast.stmt) -> bool:
-    """Whether it says how all others are compiled."""
-    return isinstance(statement, ast.ImportFrom) and statement.module == "__future__"
+    # Imports of __future__ say how all others are compiled.
+    return [
+        each for each in body if each in selected or getattr(each, "module", "") == "__future__"
+    ]
 
 
 def _compile(statement: ast.stmt) -> CodeType:

@@ -59,7 +59,7 @@ def write_csv(
                 writer.writerow(["row", *columns])
             flat = np.hstack([each.reshape(asked.count, -1) for each in values.values()])
             for row in np.flatnonzero(~np.isnan(flat).all(axis=1)):
-                cells = ["" if np.isnan(value) else repr(float(value)) for value in flat[row]]
+                cells = [" " if np.isnan(value) else repr(float(value)) for value in flat[row]]
                 writer.writerow([asked.first + int(row), *cells])
     return file
 

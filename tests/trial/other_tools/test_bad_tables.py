@@ -8,7 +8,7 @@ from collections import defaultdict
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import h5py
 import numpy as np
@@ -18,10 +18,12 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
+from crosscheck.trial.input.equations import Coordinates, load_coordinates
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.tables.answer_files import TableColumns, _precision, read_answers
 from crosscheck.trial.tables.answers import (
     _require_same_states,
+    _values,
     build_table_equations,
     read_trial_answers,
 )
@@ -48,7 +50,7 @@ CSV = {
     "nothing": "",
     "no header": "1,2,3\n4,5,6",
     "only a header": GOOD[0],
-    "no answers": "row,t_s\n1,0.5",
+    "no answers": "row\n1",
     "no row": changed(0, "number,force_1,force_2"),
     "semicolons": changed(0, GOOD[0].replace(",", ";")),
     "tabs": changed(0, GOOD[0].replace(",", "\t")),
@@ -57,7 +59,7 @@ CSV = {
     "a column twice": changed(0, "row,force_1,force_1"),
     "half a vector": "row,force_1\n1,2",
     "a short line": changed(3, "3,1.5"),
-    "a word": changed(3, "3,1.5,much"),
+    "a word": changed(3, "\n3, ,much"),
     "a row and a half": changed(3, "3.5,1,2"),
     "row 0": changed(3, "0,1,2"),
     "no number of a row": changed(3, ",1,2"),
@@ -101,7 +103,7 @@ MATS = {
     "text": encode_mat_file({"row": ROW, "force": np.array(["a"])}),
     "complex": encode_mat_file({"row": ROW, "force": 1j * NUMBERS}),
     "transposed": encode_mat_file({"row": ROW, "force": NUMBERS.T}),
-    "another shape": encode_mat_file({"row": ROW, "M": NUMBERS}),
+    "another shape": encode_mat_file({"row": ROW, "M": ROW}),
     "transposed, v7.3": version_7(row=ROW, force=NUMBERS.T),
     "HDF5 that is none": version_7(row=ROW, force=NUMBERS)[:700],
     "a bomb": bomb(),
@@ -157,6 +159,16 @@ def test_states_are_the_same_to_single_precision_of_their_largest_number():
         _require_same_states(file, sheet)
 
 
+def test_a_single_row_that_is_missing_is_named_with_the_file_that_has_such_rows():
+    asked = SimpleNamespace(first=1, count=3, shape=lambda part: (1,), needed={"force": [True] * 3})
+    near = SimpleNamespace(where="a.csv", rows=np.array([1, 2, 3]))
+    near.answers = {"force": np.array([[1.0], [np.nan], [3.0]])}
+    far = SimpleNamespace(where="b.csv", rows=np.array([9]), answers={"force": np.ones((1, 1))})
+    answers: Any = SimpleNamespace(files=(SimpleNamespace(answers={}), near, far))
+    with pytest.raises(InputError, match=r"a\.csv: row 2, force: is missing"):
+        _values(answers, cast(Any, asked), "force")
+
+
 @pytest.mark.parametrize("number", [0, -1])
 def test_states_of_every_round_are_compared(number, tmp_path):
     """Also those of other arms, which come in the second round."""
@@ -200,6 +212,11 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
         read = read_answers(file, TableColumns(2, TableTrial.parts, {}, 7))
         assert (read.answers["mass_matrix"] == M.reshape(-1, 4)).all()
         assert read.precision == 0.0
+
+
+def test_a_map_says_the_level(tmp_path):
+    (tmp_path / "map.toml").write_text('level = "links"\n', encoding="utf-8")
+    assert load_coordinates(tmp_path / "map.toml") == (Coordinates(), "links")
 
 
 MAPS = {"an unknown key": "link = 'absolute'", "code": "names = ['os.system()', 'b']"}

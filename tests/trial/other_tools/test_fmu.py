@@ -567,7 +567,7 @@ def test_annotations_of_a_vendor_are_passed_over(crosscheck, tmp_path):
     noted = plain.replace("/>", f"><Annotations>{note}</Annotations></Float64>")
     content = zipped({DESCRIPTION: described.replace(plain, noted).encode()})
     (tmp_path / "unit.fmu").write_bytes(content)
-    answer = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "--out", tmp_path / "new")
+    answer = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "probe", "--out", tmp_path / "new")
     assert (answer.code, answer.err) == (0, "")
     assert RIGID in (tmp_path / "new" / "map.toml").read_text(encoding="utf-8")
     again = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "--out", tmp_path / "new")
