@@ -121,7 +121,7 @@ PHRASES = {
     "coupling alone is {} in": "share of a rotor",
     "from a ratio of {} on": "enough",
     "sums of sines of seed {}, period {}": "seed, period",
-    "(?<=plan:) {}": "geared distance",
+    "(?<=planned path:) {}": "geared distance",
     "(?<=[kmµn]m,) {}": "geared distance",
     "in {} steps": "steps",
     "from {} instants": "runs",
