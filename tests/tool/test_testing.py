@@ -49,7 +49,7 @@ def test_wrong_equations_raise_what_the_command_prints(equations):
     assert raised.traceback[-1].frame.f_locals["__tracebackhide__"]
     assert "paper-labelled: force[theta_1] and 1 more entry are wrong" in text
     assert text.endswith("checks agree")
-    with pytest.raises(AssertionError, match="^yours on paper-labelled: bias raised ZeroDivision"):
+    with pytest.raises(AssertionError, match=r"^yours on paper-labelled: bias raised ZeroDivision"):
         assert_agrees(replace(equations, bias=lambda q, v: 1 / 0))
 
 
