@@ -17,6 +17,7 @@ from crosscheck.models.files import read_toml
 from crosscheck.report.formatting import format_rounded
 
 NOTES = Path(__file__).with_name("texts") / "notes.toml"
+CLAIMS = Path(__file__).parents[1] / "claims" / "statements.toml"
 NONE = "-"
 
 
@@ -43,6 +44,13 @@ class Notes(NamedTuple):
 def load_notes() -> Notes:
     """The notes of notes.toml."""
     return TypeAdapter(Notes).validate_python(read_toml(NOTES))
+
+
+@cache
+def load_claims() -> Mapping[str, Mapping[str, str]]:
+    """The claims' texts by id, without the quantities that decide them, slow to import."""
+    claims: Mapping[str, Mapping[str, str]] = read_toml(CLAIMS)["said"]
+    return claims
 
 
 class SheetSection(NamedTuple):
@@ -82,6 +90,7 @@ def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
 
 def build_record(arm: str, erratum: Erratum) -> JsonObject:
     """An erratum with its size and effects for an arm, as JSON, in numbers and in words."""
+    said = load_claims()
     sizes = {} if erratum.size is None else {erratum.unit: erratum.size, **erratum.others}
     texts = [f"{format_rounded(size, 3)} {unit}" for unit, size in sizes.items()]
     return {
@@ -94,6 +103,9 @@ def build_record(arm: str, erratum: Erratum) -> JsonObject:
         "derived_tex": erratum.derived_tex,
         "remark": erratum.remark,
         "denies": ", ".join(erratum.denies),
+        "denied_claims": "; ".join(
+            f"{claim}, {said[claim]['statement']}" for claim in erratum.denies
+        ),
         "size": erratum.size,
         "unit": erratum.unit,
         "other_sizes": dict(erratum.others),

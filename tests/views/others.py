@@ -172,7 +172,7 @@ VIEWS = {
         list_errata,
         phrases=EFFECT,
         wording=WORDING,
-        given=lambda made: errata_texts.load_notes(),
+        given=lambda made: (errata_texts.load_notes(), errata_texts.load_claims()),
     )
     for name, render in (
         ("terminal", print_errata),

@@ -292,7 +292,7 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
         return
     left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(problem.states.v[few]))
     if (left > rounding).any():
-        yield "bias is no sum of a constant, rates and products of two rates, as it must be"
+        yield "bias is not a sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone"
