@@ -137,12 +137,10 @@ def assert_agrees(
     if trial.exit_code:
         first = trial.first_error or trial.verdict.text
         headline, *lines = (line for line in trial.lines if line != first)
-        # A test's summary has room for its beginning alone: the place, or the wrong entry.
-        if trial.change is not None and trial.wrong:
-            headline = f"{first}\n{headline}"
+        if trial.change is not None and trial.wrong:  # a test's summary shows the beginning alone
             edit = trial.change.edits[0]
-            if edit.short_remedy != edit.remedy:
-                headline = f"{edit.place}: {edit.short_remedy}\n{headline}"
+            short = f"{edit.place}: {edit.short_remedy}\n" * (edit.short_remedy != edit.remedy)
+            headline = f"{short}{first}\n{headline}"
         elif not headline.endswith(first):
             entry = f"{trial.wrong[0].name}: " if trial.wrong else ""
             has_entry = first.startswith(tuple(each.name for each in trial.wrong))

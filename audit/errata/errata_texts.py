@@ -47,10 +47,11 @@ def load_notes() -> Notes:
 
 
 @cache
-def load_claims() -> Mapping[str, Mapping[str, str]]:
+def load_claims() -> dict[str, str]:
     """The claims' texts by id, without the quantities that decide them, slow to import."""
-    claims: Mapping[str, Mapping[str, str]] = read_toml(CLAIMS)["said"]
-    return claims
+    return {
+        name: f"{name}, {text['statement']}" for name, text in read_toml(CLAIMS)["said"].items()
+    }
 
 
 class SheetSection(NamedTuple):
@@ -90,7 +91,6 @@ def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
 
 def build_record(arm: str, erratum: Erratum) -> JsonObject:
     """An erratum with its size and effects for an arm, as JSON, in numbers and in words."""
-    said = load_claims()
     sizes = {} if erratum.size is None else {erratum.unit: erratum.size, **erratum.others}
     texts = [f"{format_rounded(size, 3)} {unit}" for unit, size in sizes.items()]
     return {
@@ -103,9 +103,7 @@ def build_record(arm: str, erratum: Erratum) -> JsonObject:
         "derived_tex": erratum.derived_tex,
         "remark": erratum.remark,
         "denies": ", ".join(erratum.denies),
-        "denied_claims": "; ".join(
-            f"{claim}, {said[claim]['statement']}" for claim in erratum.denies
-        ),
+        "denied_claims": "; ".join(map(load_claims().__getitem__, erratum.denies)),
         "size": erratum.size,
         "unit": erratum.unit,
         "other_sizes": dict(erratum.others),

@@ -114,9 +114,7 @@ class PaperFile(Data):
         for claim in self.claims:
             for name in filter(None, (claim.experiment, claim.over)):
                 if name not in experiment_names:
-                    allowed = (
-                        f"is not an experiment; allowed: {', '.join(sorted(experiment_names))}"
-                    )
+                    allowed = f"not an experiment; allowed: {', '.join(sorted(experiment_names))}"
                     raise ValueError(f"claims|{claim.id}: {name} {allowed}")
         return self
 

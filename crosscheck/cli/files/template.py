@@ -304,17 +304,15 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     write_new_text(path, text)
     geared = sum('"geared"' in line.partition("#")[0] for line in lines)
     kinds = f"{geared} geared as {urdf.name} states" if geared else "all direct"
-    if passive := [robot.coordinate_names[place] for place in robot.passive]:
-        kinds += f"; no motor drives {join_words(passive)}"
-    kinds = make_printable(kinds)
+    passive = [robot.coordinate_names[place] for place in robot.passive]
+    kinds = make_printable(kinds + f"; no motor drives {join_words(passive)}" * bool(passive))
     print(f"wrote {make_printable(str(path))}: {format_count(len(lines), 'joint')}, {kinds}")
     for joint, gear in gears.items():
         lack = "" if gear.table else "; not enough for a rotor, left direct"
         print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
     for line in left_out:
         print(f"  {make_printable(line)}")
-    lacks_rotors = geared + len(passive) < len(lines)
-    print("state the rotors that are missing, then" if lacks_rotors else "edit it, then")
+    print("edit it, then" if geared + len(passive) == len(lines) else "state missing rotors, then")
     print(f"  crosscheck cost {make_printable(shlex.quote(str(path)))}")
 
 
@@ -326,8 +324,7 @@ def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator
             continue
         table = gear.table if gear is not None and gear.table else {"kind": "direct"}
         (line,) = format_toml_fields({joint.name: table})
-        remark = "" if joint.has_motor else PASSIVE
-        remark = remark if gear is None else make_printable(gear.elements)
+        remark = make_printable(gear.elements) if gear else PASSIVE * (not joint.has_motor)
         yield f"{line} # {remark}" if remark else line
 
 

@@ -78,9 +78,7 @@ class NetcdfFile:
 
     def _require_printable(self, what: str, text: Any) -> str:
         self._require(isinstance(text, str), f"{what} is not text")
-        self._require(
-            len(text) <= LONGEST and text.isprintable(), f"{what} is not a printable line"
-        )
+        self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is not one line")
         return str(text)
 
     def _require_sound(self, name: str) -> int:

@@ -52,10 +52,10 @@ def _find_file(file: Path, field: str, name: str) -> str:
     """A built-in name, or the path of the file beside the study's. Raises InputError if missing."""
     if any(name in names for names in BUILT_IN.values()):
         return name
-    if not (path := file.parent / name).exists():
-        allowed = f"no such file, nor built-in name ({', '.join(BUILT_IN[field])})"
-        raise InputError(str(file), field, name, allowed)
-    return str(path)
+    if (path := file.parent / name).exists():
+        return str(path)
+    allowed = f"no such file, nor built-in name ({', '.join(BUILT_IN[field])})"
+    raise InputError(str(file), field, name, allowed)
 
 
 def build_study(

@@ -315,8 +315,7 @@ def _self_notes(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> It
         which = "" if "mass_matrix" in wrong else ", which is right"
         if places:
             listed = list_entries([EntryPlace("bias", row) for (row,) in places], names)
-            verb = "do" if len(places) > 1 else "does"
-            yield f"{listed} {verb} not follow from M{which}"
+            yield f"{listed} do{'es' * (len(places) == 1)} not follow from M{which}"
         elif "mass_matrix" in wrong:
             yield "bias follows from M: they are wrong together, by one cause"
     unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]

@@ -199,8 +199,7 @@ def _join_places(lines: str, chosen: np.ndarray) -> str:
 def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> str:
     """The difference (states,) at q (states, n) in words, such as `-20.6 cos(j1)`; '' for no wave.
 
-    A wave is of the sum of some angles, each with a sign; its factor may be one displacement, or
-    linear in one.
+    A wave is of a sum of angles, each with a sign; its factor may be linear in one displacement.
     """
     joints = [robot.joints[number] for number in robot.coordinates]
     turning = [n for n, joint in enumerate(joints) if joint.kind == "revolute"]
