@@ -256,7 +256,7 @@ def _obstacle(target: Path) -> str:
     if stat.S_ISLNK(kind):
         return "is a link that leads back to itself"
     if not stat.S_ISREG(kind):
-        return "is no ordinary file; a file name is expected"
+        return "is not an ordinary file; a file name is expected"
     return "" if os.access(target, os.W_OK) else "is write-protected"
 
 

@@ -76,7 +76,7 @@ def run_cross_check(
 
 def run_tasks(workers: Workers, tasks: Sequence[ModelTask], progress: ProgressCallback) -> Results:
     """The Results of all tasks."""
-    estimate, outcomes = TimeEstimate(tasks, workers.jobs), dict[Any, Any]()
+    estimate, outcomes = TimeEstimate(tasks), dict[Any, Any]()
 
     def report_begin(key: Any) -> None:
         progress(describe_task(key), len(outcomes), len(tasks), estimate.left_s)

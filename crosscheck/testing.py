@@ -135,15 +135,16 @@ def assert_agrees(
     except InputError as error:  # which says where: pytest shows no source of ours
         raise error.with_traceback(None) from None
     if trial.exit_code:
-        first = trial.first_error or "not all checks agree"
+        first = trial.first_error or trial.verdict.text
         headline, *lines = (line for line in trial.lines if line != first)
-        if not headline.endswith(first):  # a test's summary has room for its beginning alone
-            has_place = trial.change is not None and trial.wrong
-            headline = f"{'' if has_place else f'{trial.problem.name}: '}{first}\n{headline}"
-            if trial.change is not None and has_place:
-                edit = trial.change.edits[0]
-                if edit.short_remedy != edit.remedy:
-                    headline = f"{edit.place}: {edit.short_remedy}\n{headline}"
+        if trial.change is not None and trial.wrong:  # a test's summary shows the beginning alone
+            edit = trial.change.edits[0]
+            short = f"{edit.place}: {edit.short_remedy}\n" * (edit.short_remedy != edit.remedy)
+            headline = f"{short}{first}\n{headline}"
+        elif not headline.endswith(first):
+            entry = f"{trial.wrong[0].name}: " if trial.wrong else ""
+            has_entry = first.startswith(tuple(each.name for each in trial.wrong))
+            headline = f"{'' if has_entry else entry}{first}\n{headline}"
         raise AssertionError("\n".join((headline, *lines)))
     return trial
 

@@ -154,7 +154,7 @@ def require_private(path: Path) -> Iterator[int]:
             if os.fstat(each).st_mode & OTHERS_WRITE:
                 raise PrivacyError(place, "may be written by others")
         if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise PrivacyError(path, "is no regular file")
+            raise PrivacyError(path, "is not a regular file")
         yield handle
 
 

@@ -17,6 +17,7 @@ from crosscheck.models.files import read_toml
 from crosscheck.report.formatting import format_rounded
 
 NOTES = Path(__file__).with_name("texts") / "notes.toml"
+CLAIMS = Path(__file__).parents[1] / "claims" / "statements.toml"
 NONE = "-"
 
 
@@ -43,6 +44,14 @@ class Notes(NamedTuple):
 def load_notes() -> Notes:
     """The notes of notes.toml."""
     return TypeAdapter(Notes).validate_python(read_toml(NOTES))
+
+
+@cache
+def load_claims() -> dict[str, str]:
+    """The claims' texts by id, without the quantities that decide them, slow to import."""
+    return {
+        name: f"{name}, {text['statement']}" for name, text in read_toml(CLAIMS)["said"].items()
+    }
 
 
 class SheetSection(NamedTuple):
@@ -94,6 +103,7 @@ def build_record(arm: str, erratum: Erratum) -> JsonObject:
         "derived_tex": erratum.derived_tex,
         "remark": erratum.remark,
         "denies": ", ".join(erratum.denies),
+        "denied_claims": "; ".join(map(load_claims().__getitem__, erratum.denies)),
         "size": erratum.size,
         "unit": erratum.unit,
         "other_sizes": dict(erratum.others),

@@ -103,18 +103,18 @@ class PaperFile(Data):
             if ids.count(name) > 1:
                 raise ValueError(f"claims|{name} is the id of two")
         for name in sorted(named ^ set(ids)):
-            which = "is no claim" if name in named else "is named by no sentence"
+            which = "is not a claim" if name in named else "is named by no sentence"
             raise ValueError(f"sentences|claim {name} {which}")
         parts = {name for sentence in self.sentences for name in sentence.errata}
         for name in sorted(parts - {*TAKES}):
-            raise ValueError(f"sentences|{name} is no part; allowed: {', '.join(TAKES)}")
+            raise ValueError(f"sentences|{name} is not a part; allowed: {', '.join(TAKES)}")
         if parts and self.equations is None:
             raise ValueError("equations|is missing; sentences name parts of it")
         experiment_names = {PLAIN, *self.experiments}
         for claim in self.claims:
             for name in filter(None, (claim.experiment, claim.over)):
                 if name not in experiment_names:
-                    allowed = f"is no experiment; allowed: {', '.join(sorted(experiment_names))}"
+                    allowed = f"not an experiment; allowed: {', '.join(sorted(experiment_names))}"
                     raise ValueError(f"claims|{claim.id}: {name} {allowed}")
         return self
 

@@ -115,7 +115,7 @@ def _read_bytes(path: Path, remembered: bool = True) -> bytes:
     except FileNotFoundError:
         raise
     except ValueError as error:
-        raise InputError(str(path), "", None, f"is no record: {error}") from None
+        raise InputError(str(path), "", None, f"is not a record: {error}") from None
     except OSError as error:
         raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
 

@@ -478,7 +478,7 @@ def build_commands() -> Any:
         try:
             installed[offer.name] = typer.main.get_command(alone)
         except Exception as error:  # whatever Typer makes of its arguments
-            reason = f"is no function that Typer takes: {describe_error(error)}"
+            reason = f"is not a function that Typer takes: {describe_error(error)}"
             raise entry_point_error(offer, reason) from None
     group.commands.update(installed)
     arrange_help(group)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands dra
 SCHEMA_VERSION = 1
 MOST_PAIRS = 6
 MOST_DRAWN = 8  # joints of the picture, those that armature costs most
-NEARLY_WORST = 0.9  # share of the largest cost from which a joint is named beside the worst one
+NEARLY_WORST = 0.9  # share of the largest cost, at most a whole torque, from which to name joints
 SENTENCES: dict[Level, str] = {
     "links": "Leaving the rotors out of {}",
     "armature": "Counting them as armature only",
@@ -118,7 +118,7 @@ def _describe_costs(
         if not most:
             yield f"{head.format(costs.robot.name)} changes no torque."
             continue
-        worst = [each.joint for each in shares if each.share >= NEARLY_WORST * most]
+        worst = [each.joint for each in shares if each.share >= NEARLY_WORST * min(most, 1.0)]
         torques, whose = f"torque of {worst[0]} is", "its largest value"
         if len(worst) > 1:
             named = "every joint" if len(worst) == len(shares) else join_words(worst)
@@ -442,6 +442,8 @@ def draw_torques(costs: ShortcutCosts) -> Figure:
     """Draw torques on the left and the error of armature on the right, a colour for each level."""
     from matplotlib.figure import Figure
 
+    from crosscheck.report.plots.figures import draw_legend
+
     error_shares = np.abs(costs.errors["armature"]).max(axis=0) / np.maximum(costs.largest, 1e-300)
     chosen = sorted(np.argsort(-error_shares, kind="stable")[:MOST_DRAWN])
     figure = Figure(figsize=(9, 1.9 * len(chosen) + 0.4), layout="constrained")
@@ -456,8 +458,8 @@ def draw_torques(costs: ShortcutCosts) -> Figure:
         named = f"{costs.names[joint]}\n[{costs.units[joint]}]"
         left.set_ylabel(named, parse_math=False)  # a name may hold a dollar
     for each, title in zip(axes[0], ("torque", "error of armature"), strict=True):
-        each.legend(loc="upper right", fontsize="small")
         each.set_title(title, fontsize="medium")
     for each in axes[-1]:
         each.set_xlabel("time [s]")
+    draw_legend(figure, *axes[0])
     return figure

@@ -55,7 +55,7 @@ LIGHTEST = 1e-6  # share of the heaviest body's mass from which on a link counts
 STEP = 2.0**-10  # relative, of a number whose slope is asked; of 0, its own unit
 LEVEL_PHRASES = {
     "links": "links alone (links)",
-    "carriers": "links with the gears' masses (carriers)",
+    "carriers": "links with the masses at the joints (carriers)",
     "armature": "rotors' inertia on the diagonal (armature)",
     "coupled": "rigid gears (coupled)",
 }

@@ -457,7 +457,8 @@ def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
 
 def format_ratio(ratio: float, unit: str = "") -> str:
     """How much less likely something is, as text; unit: what follows a number."""
-    return f"{ratio:.2g}{unit}" if ratio <= LARGEST_RATIO else "far less likely"
+    words = "far less likely" if unit else "over a million"
+    return f"{ratio:.2g}{unit}" if ratio <= LARGEST_RATIO else words
 
 
 def format_number(value: float) -> str:

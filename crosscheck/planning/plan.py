@@ -69,9 +69,11 @@ PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
 MOST_STEPS = 20_000_000
 PAPER_PHASE = switches(phase="omega_t")
+# Of the short experiments, torques of either sign, by whether the arm has teeth.
+SHORT_NAMES = {True: ("short-contact", "short-crossing"), False: ("short-plus", "short-minus")}
 # Of the experiments that stand beside a user's own.
 RESERVED_NAMES = (
-    *("probe", "order-smooth", "order-impact", "short-contact", "short-crossing"),
+    *("probe", "order-smooth", "order-impact", *SHORT_NAMES[True], *SHORT_NAMES[False]),
     *("energy", "energy-fine", "energy-impacts", "energy-paper"),
 )
 
@@ -282,7 +284,7 @@ def make_short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[
     largest = largest_torques(arm, first.case.scenario)
     torques = np.maximum(largest, _crossing_torques(arm, duration / 3))
     experiments = []
-    for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
+    for name, sign in zip(SHORT_NAMES[bool(geared_joints(arm))], (1.0, -1.0), strict=True):
         scenario = sizing.make_bent_scenario(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
         case = Case(arm, scenario, usual_switches(arm))
         experiments.append(Experiment(name, case, purpose="short"))

@@ -61,8 +61,8 @@ class CsvTable:
         for name in filter(None, columns):
             if self.names.count(name) != 1:
                 there = ", ".join(self.names)[:300]
-                count = "is there twice" if name in self.names else f"is no column; it has {there}"
-                raise InputError(self.where, name, None, count)
+                count = "two columns" if name in self.names else "no column"
+                raise InputError(self.where, "", None, f"{count} {name}; it has {there}")
         measured = [place for place, name in enumerate(columns) if name]
         places = [self.names.index(columns[at]) for at in measured]
         rows, first_wrong, silent = 0, dict[int, int](), set(measured)  # rows from 1
@@ -80,7 +80,7 @@ class CsvTable:
             place = min(first_wrong, key=first_wrong.__getitem__)
             name = columns[place]
             if place in silent:
-                raise InputError(self.where, name, None, "is no number in any row: not measured?")
+                raise InputError(self.where, name, None, "holds no numbers: not measured?")
             field = f"{name}, data row {first_wrong[place]}"
             raise InputError(self.where, field, None, "must be a number")
 
@@ -112,7 +112,9 @@ def open_table(path: Path) -> CsvTable:
     Raises InputError.
     """
     with _open_text(path) as text:
-        head = text.readline().strip().removeprefix("#")
+        if not (line := text.readline()):
+            raise InputError(str(path), "", None, "is empty; a CSV file is expected")
+    head = line.strip().removeprefix("#")
     separator = next((each for each in (";", "\t", ",") if each in head), None)
     names = tuple(_split(head, separator)) or ("",)
     if all(re.fullmatch(r"[-+.,\deE]+", name) for name in names):

@@ -311,7 +311,7 @@ def _read_bag_columns(where: str, topic: str, joints: tuple[str, ...]) -> BagCon
     except InputError:
         raise
     except Exception as bad:  # the package raises what its parsers and SQLite raise
-        reason = f"is no readable ROS bag: {format_line(str(bad))[:200]}"
+        reason = f"is not a readable ROS bag: {format_line(str(bad))[:200]}"
         raise InputError(where, "", None, reason) from None
 
 
@@ -376,7 +376,7 @@ def _read_arrays(where: str, content: bytes) -> dict[str, np.ndarray]:
     except TooManyNumbers as many:
         raise InputError(where, "", None, str(many)) from None
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError):
-        raise InputError(where, "", None, "is no CSV, MAT, HDF5 or NetCDF file") from None
+        raise InputError(where, "", None, "is not a CSV, MAT, HDF5 or NetCDF file") from None
 
 
 def require_even_enough(where: str, time: np.ndarray) -> None:

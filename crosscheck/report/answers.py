@@ -19,6 +19,7 @@ from crosscheck.report.formatting import (
     format_length,
     format_percent,
     format_rounded,
+    join_words,
 )
 from crosscheck.report.matrix import FORMS, WORST_FIRST, common_digits, is_beyond
 from crosscheck.report.outline import ReportOutline
@@ -263,7 +264,10 @@ def describe_verdict(agreement: Agreement) -> str:
         rest = "nothing was checked"
     else:
         corrected = "the corrected ones agree with every engine"
-        agree = corrected if printed else "the models agree with each other"
+        pairs = [(f.left, f.right) for f in checks if f.about.key.right]
+        engines = list(dict.fromkeys(engine_of(model) for pair in pairs for model in pair))
+        who = f"the engines {join_words(engines)}" if len(engines) > 1 else "the models"
+        agree = corrected if printed else f"{who} agree with each other"
         rest = f"{agree} ({len(checks)} of {total})"
     sentence = f"{printed}; {rest}" if printed else rest
     return f"{sentence[0].upper()}{sentence[1:]}."

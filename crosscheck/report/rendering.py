@@ -49,6 +49,7 @@ def load_templates(package: str = "crosscheck.report", lean: bool = False) -> En
         "tally": describe_tally,
         "percent": format_percent,
         "unsplit": keep_together,
+        "sentence": capitalize_sentence,
     }
     return made
 
@@ -59,6 +60,11 @@ def keep_together(text: str) -> Markup:
     By style, since characters for that would be copied with a line of code.
     """
     return Markup(_TOGETHER.sub(r'<span class="unsplit">\g<0></span>', str(escape(text))))
+
+
+def capitalize_sentence(text: str) -> Markup:
+    """As keep_together, with a capital unless the name of a file or an entry comes first."""
+    return keep_together(re.sub("^[a-z]+(?= )", lambda word: word[0].capitalize(), text))
 
 
 def render_page(template: str, **given: object) -> str:

@@ -73,7 +73,7 @@ def _lines(about: str, quiet_s: float) -> Iterator[ProgressCallback]:
         nonlocal due
         if time.monotonic() >= due:
             left = "" if left_s is None else f"{_format_duration(left_s)} left, "
-            count = f"{done} of {total} done, " if total else ""
+            count = f"{done} of {total} tasks done, " if total else ""
             print(f"{about}: {count}{left}{what}", file=sys.stderr)
             due = time.monotonic() + EVERY_S
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from crosscheck.runner.outcomes import Task
 
-# Declared costs are believed as much as what so many seconds [s] of work have shown.
-BELIEVED_S = 5.0
+ENOUGH = 0.1  # share of declared costs that is done before a time left is worked out
 
 
 class ProgressCallback(Protocol):
@@ -26,15 +25,14 @@ def ignore_progress(*progress: object) -> None:
 
 
 class TimeEstimate:
-    """An estimate of how long tasks on so many processes still take.
+    """An estimate of how long tasks still take.
 
-    It is made from their declared costs, and from the time that those of them took which are done.
+    Declared costs say what share is done, and the time that this took how long the rest takes.
     """
 
-    def __init__(self, tasks: Sequence[Task], jobs: int) -> None:
+    def __init__(self, tasks: Sequence[Task]) -> None:
         self.costs = {task.key: task.cost for task in tasks}
         self.whole = sum(self.costs.values())
-        self.jobs = jobs
         self.done = 0.0
         self.began = time.monotonic()
 
@@ -43,7 +41,8 @@ class TimeEstimate:
         self.done += self.costs[key]
 
     @property
-    def left_s(self) -> float:
-        """Estimated time that is left [s]."""
-        spent = time.monotonic() - self.began + BELIEVED_S
-        return max(0.0, self.whole - self.done) * spent / (self.done + self.jobs * BELIEVED_S)
+    def left_s(self) -> float | None:
+        """Estimated time that is left [s]; None before enough is done."""
+        if self.done <= ENOUGH * self.whole:
+            return None
+        return max(0.0, self.whole - self.done) * (time.monotonic() - self.began) / self.done

@@ -112,7 +112,7 @@ def _find_root(urdf: Urdf, where: str) -> tuple[str, dict[str, list[UrdfJoint]]]
     for joint in urdf.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in below:
-                allowed = "must be a link of it"
+                allowed = "no such link in this file"
                 if name == WORLD:
                     allowed += f"; Drake knows it without a link, other programs need {WORLD_LINK}"
                 raise InputError(where, f"joint {joint.name}: {end}", name, allowed)

@@ -202,10 +202,10 @@ def test_code_runs_only_where_that_is_allowed(tmp_path):
         ('id = "14.3-02"', 'id = "14.3-01"', "is the id of two"),
         ('claims = ["14.3-01"]', 'claims = ["9-09"]', "named by no sentence"),
         ('claims = ["14.3-01"]', "claims = []", "or else a reason for none"),
-        ('claims = ["14.3-01"]', 'claims = ["14.3-01", "9-09"]', "is no claim"),
+        ('claims = ["14.3-01"]', 'claims = ["14.3-01", "9-09"]', "is not a claim"),
         ('experiment = "pumped"', 'experiment = "pump"', "allowed: plain, pumped, spinning"),
         ("below = 1.0", "", "nothing is judged"),
-        ('"bias", "acc', '"gravity_of_it", "acc', "is no part; allowed: mass_matrix"),
+        ('"bias", "acc', '"gravity_of_it", "acc', "is not a part; allowed: mass_matrix"),
         (
             'claims = ["14.3-01"]',
             'claims = ["14.3-01"], none = "both"',

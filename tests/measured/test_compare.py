@@ -132,6 +132,9 @@ def test_what_adds_to_the_links_asks_for_more_than_one_level():
 def test_an_arm_without_gears_has_one_level_and_one_answer():
     """A wrong payload is one explanation, not one of each level that is the same there."""
     arm = arm_of(2, direct=[0, 1])
+    motors = PlanarArm(arm)
+    assert motors.levels[1:]
+    assert not any("gear" in motors.describe_level(each.name) for each in motors.levels)
     bare = {"motor_mass_kg": 0.0, "rotor_inertia_kg_m2": 0.0}
     joints = tuple(joint.model_copy(update=bare) for joint in arm.joints)
     own = PlanarArm(arm.model_copy(update={"joints": joints}))

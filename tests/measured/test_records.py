@@ -389,6 +389,8 @@ def test_a_bag_that_cannot_be_opened_is_one_line(tmp_path):
 def test_no_bag_is_one_line(crosscheck, tmp_path, name):
     path = tmp_path / name
     path.write_bytes(b"\x89MCAP0\r\nand then nothing") if path.suffix else path.mkdir()
-    said = "is no r" if path.suffix else "is a folder without the metadata.yaml of a ROS bag; name"
+    said = (
+        "is not a r" if path.suffix else "is a folder without the metadata.yaml of a ROS bag; name"
+    )
     answer = crosscheck("compare", path, "--joint", "a", "--joint", "b")
     assert_one_line(answer, f"{name}: {said}")

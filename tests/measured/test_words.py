@@ -266,9 +266,8 @@ def test_numbers_are_as_short_as_their_intervals_allow():
     assert [number(999.4), number(1234.5), number(1e7), number(0.01234)] == [
         *("999", "1,234", "1e+07", "0.0123")
     ]
-    assert [messages.format_ratio(each, " times") for each in (12.3, 2e6)] == [
-        *("12 times", "far less likely")
-    ]
+    for unit, words in (" times", ["12 times", "far less likely"]), ("", ["12", "over a million"]):
+        assert [messages.format_ratio(each, unit) for each in (12.3, 2e6)] == words
     assert messages.format_distinct([1234567.1, 1234567.2], 5) == ["1234567.1", "1234567.2"]
     assert messages.format_distinct([2.0, 2.0]) == ["2", "2"]
     for exact in (10.0, 1234567.8, 0.1 + 0.2):

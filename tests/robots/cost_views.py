@@ -15,6 +15,8 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
     """Curves that are not those of the record, or of a colour that means something else."""
     figure = output.draw_torques(found)
     colours: dict[str, set] = {}
+    if [axes for axes in figure.axes if axes.get_legend()] or len(figure.legends) != 1:
+        yield "picture: a legend where curves may be"
     for left, right in zip(figure.axes[::2], figure.axes[1::2], strict=True):
         name, unit = left.get_ylabel().split("\n")
         joint = found.names.index(name)

@@ -76,6 +76,26 @@ def test_where_programs_differ_no_view_tells_a_cost():
 
 
 @pytest.mark.parametrize(
+    ("shares", "named"),
+    [
+        ((0.5, 0.44, 0.46), "torques of a and c are wrong by up to 50 %"),
+        ((1.23, 0.7, 1.0), "torques of a and c are wrong by up to 123 %"),
+        ((1.23, 0.89, 0.5), "torque of a is wrong by up to 123 %"),
+        ((1.23, 1.0, 1.0), "torques of every joint are wrong by up to 123 %"),
+    ],
+)
+def test_joints_nearly_as_wrong_as_the_worst_are_named_beside_it(shares, named):
+    """And those whose whole torque is missing, however wrong the worst one is."""
+    own, own_shares = found("oblique"), dict(zip("abc", shares, strict=True))
+    (first, *_) = own.by_joint
+    listed = [
+        replace(first, level="links", joint=name, share=share) for name, share in own_shares.items()
+    ]
+    said = next(output._describe_costs(replace(own, by_joint=listed), ["links"]))
+    assert named in said
+
+
+@pytest.mark.parametrize(
     ("value", "unit", "shown"),
     [
         *((1.11, "m", "1.11 m"), (0.9996, "m", "1 m"), (0.39, "m", "390 mm")),

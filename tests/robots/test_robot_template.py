@@ -37,6 +37,19 @@ def test_init_writes_a_file_that_loads(crosscheck, tmp_path):
     assert [own.joint for own in load_robot(str(tmp_path / "mine.toml")).stages] == [0]
 
 
+def test_a_joint_without_motor_is_there_with_its_friction(crosscheck, tmp_path):
+    """As a line that loads, whose comment is one that loads too."""
+    passive = TEXT.replace("</robot>", '<passive_joint name="the first"/></robot>')
+    (tmp_path / "r.urdf").write_text(passive)
+    answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
+    assert "1 joint, all direct; no motor drives the first\nedit it, then" in answer.out
+    text = (tmp_path / "r.toml").read_text()
+    assert load_robot(str(tmp_path / "r.toml")).joints[0].friction == 0
+    rubbed = text.replace('{ kind = "direct" } # no motor; with friction: ', "")
+    (tmp_path / "r.toml").write_text(rubbed)
+    assert load_robot(str(tmp_path / "r.toml")).joints[0].friction == 0.1
+
+
 def test_every_chain_is_read_back_as_it_was(crosscheck, tmp_path):
     for seed in range(5):
         own = random_chain(seed)

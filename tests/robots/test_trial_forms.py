@@ -64,7 +64,7 @@ def test_an_assertion_tells_what_is_wrong():
     def my_robot(robot):
         return wrong
 
-    with pytest.raises(AssertionError, match=r"^my_robot: yours are .* with gravity"):
+    with pytest.raises(AssertionError, match=r"^gravity\[j1\]: yours are .* with gravity"):
         assert_agrees(my_robot, TWO)
     with pytest.raises(InputError, match="scenarios: is for arms"):
         assert_agrees(wrong, TWO, scenarios=["pd"])

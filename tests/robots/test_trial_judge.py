@@ -338,10 +338,10 @@ def test_a_part_that_does_not_answer_costs_that_part_alone(two, impatient, case)
 
 
 NAMES = {
-    "gravitiy": "is no part of equations (did you mean gravity?); parts are mass_matrix,",
-    "coriolis_matrix": "is no part of equations (did you mean coriolis?)",
-    "inertia_force": "is no part of equations (did you mean force?)",
-    "jacobian": "is no part of equations; parts are mass_matrix,",
+    "gravitiy": "is not a part of equations (did you mean gravity?); parts are mass_matrix,",
+    "coriolis_matrix": "is not a part of equations (did you mean coriolis?)",
+    "inertia_force": "is not a part of equations (did you mean force?)",
+    "jacobian": "is not a part of equations; parts are mass_matrix,",
 }
 
 

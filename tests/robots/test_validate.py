@@ -66,7 +66,8 @@ def test_a_urdf_alone_is_validated_with_all_its_files(crosscheck, tmp_path, bob)
     assert {each["family"] for each in data["findings"]} == FAMILIES
     assert {each["verdict"] for each in checks} == {"agree"}
     assert answer.code == 0
-    verdict = f"The models agree with each other ({len(checks)} of {len(checks)} checks)."
+    engines = "The engines analytic, pinocchio and exudyn"
+    verdict = f"{engines} agree with each other ({len(checks)} of {len(checks)} checks)."
     assert answer.out.splitlines()[0] == answer.out.splitlines()[-1] == verdict
     assert "level" not in answer.out
     suite = ElementTree.parse(tmp_path / "a.xml").getroot()

@@ -69,9 +69,9 @@ def obstacles(folder: Path) -> dict[str, str]:
         OBSTACLES[name](folder / name)
     return {
         "folder": "is a folder; a file name is expected",
-        "pipe": "is no ordinary file",
+        "pipe": "is not an ordinary file",
         "loop": "is a link that leads back to itself",
-        "device": "is no ordinary file",
+        "device": "is not an ordinary file",
         "file/below": "is a file; a folder is expected",
     }
 

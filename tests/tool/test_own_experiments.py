@@ -100,7 +100,11 @@ def test_a_scenario_of_ones_own_replaces_the_usual_ones(files):
 def test_sized_experiments_of_an_arm_without_gears(files, tmp_path):
     agreement = check(load_arm(files[0]), quick=True, jobs=2)
     assert agreement.exit_code == 0, [finding.note for finding in agreement.disagreeing]
-    assert {"torque-step", "pd-motion"} <= {f.about.key.case for f in agreement.findings}
+    cases = {f.about.key.case for f in agreement.findings}
+    assert {"torque-step", "pd-motion", "short-plus", "short-minus"} <= cases
+    assert not any("contact" in case or "crossing" in case for case in cases)
+    agreement.write_report(tmp_path)
+    assert "<p>Experiments sized to" in (tmp_path / "index.html").read_text("utf-8")
     remarks = agreement.provenance.remarks
     assert remarks[0].endswith("no gears, controller at 4 rad/s")
     drive = make_pd_scenario(compute_sizes(load_arm(files[0]))).drive

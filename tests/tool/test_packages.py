@@ -28,7 +28,10 @@ def command(work: str) -> str:
 COMMANDS = {
     "no function": ("it = 3", "must be a function, is int"),
     "a class": ("class it: pass", "must be a function, is type"),
-    "unusable arguments": ("def it(x: int | str): pass", "is no function that Typer takes: Asser"),
+    "unusable arguments": (
+        "def it(x: int | str): pass",
+        "is not a function that Typer takes: Asser",
+    ),
     "raises at import": ("raise OSError('no')", "cannot be imported: OSError: no"),
     "cannot be printed": (f"{UNPRINTABLE}raise Odd", "cannot be imported: Odd"),
     "leaves at import": ("os._exit(0)", "entry point guest: its process ended with exit code 0"),

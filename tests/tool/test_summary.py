@@ -16,7 +16,7 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report import html
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.rendering import keep_together
+from crosscheck.report.rendering import capitalize_sentence, keep_together
 from crosscheck.run import CrossCheck
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.term_words import describe_point_masses, describe_unfollowed
@@ -169,6 +169,20 @@ def test_the_derivation_works_a_links_mass_out_by_itself(name, labelled, monkeyp
         monkeypatch.setattr(Link, quantity, property(refuse))
     model = crosscheck.build(name, labelled, scenario)
     assert np.isfinite(model.mass_matrix(np.zeros(len(model.coordinates)))).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("the same by another edit", "The same by another edit"),
+        *(
+            (each, each)
+            for each in ("bias[a] is wrong", "b3.py:5: f", "pd-motion: to 1", "M is", "")
+        ),
+    ],
+)
+def test_a_sentence_of_a_page_begins_with_a_capital_but_no_name_does(text, shown):
+    assert capitalize_sentence(text) == shown
 
 
 def test_no_line_ends_within_a_number_with_its_unit_or_a_minus_with_its_operand():

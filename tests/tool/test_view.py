@@ -176,9 +176,9 @@ def damaged(file: Path, kind: str) -> None:
 
 
 SAID = {
-    "empty": "is no trajectory; crosscheck simulate writes one",
-    "truncated": "is no trajectory",
-    "no HDF5": "is no trajectory; crosscheck simulate writes one",
+    "empty": "is not a trajectory; crosscheck simulate writes one",
+    "truncated": "is not a trajectory",
+    "no HDF5": "is not a trajectory; crosscheck simulate writes one",
     "older": "schema_version 0; 1 is read",
     "another arm": "its arm cannot be used",
     "not finite": "theta is not finite",

@@ -159,6 +159,7 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
         (joint(2, placement=lambda at: Placement(at.rotation, 0 * at.position)),),
     ),
     "axis of the tilt the other way": (SLIDING, (joint(2, axis=lambda axis: -axis),)),
+    "axis of the tilt along z": (SLIDING, (joint(2, axis=lambda axis: np.eye(3)[2]),)),
     "ratio by its size, whose sign counts nowhere": (SWINGING, (rotor(0, ratio=lambda _: -13.0),)),
     "ratio in turns": (tree(), (rotor(2, ratio=lambda n: n / (2 * np.pi)),)),
     "inertia of the sun": (STAGED, (stage(sun_inertia_kg_m2=2e-4),)),

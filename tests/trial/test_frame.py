@@ -237,7 +237,9 @@ BAD = {
     "jacobian: is singular": Coordinates(function=lambda x: np.array([x[0], x[0]])),
     "has 2 entries over 1 symbols; must be 2 over 2": Coordinates(function=SYMBOLIC, symbols=(A,)),
     "has 3 entries over 2 symbols": Coordinates(function=sp.Matrix([A, B, A]), symbols=(A, B)),
-    "c: is no quantity of the arm": Coordinates(function=SYMBOLIC * sp.Symbol("c"), symbols=(A, B)),
+    "c: is not a quantity of the arm": Coordinates(
+        function=SYMBOLIC * sp.Symbol("c"), symbols=(A, B)
+    ),
 }
 
 

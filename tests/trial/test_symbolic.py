@@ -121,26 +121,26 @@ def test_a_constant_matrix_and_level_pass_through():
 
 g, M3 = sp.Symbol("g"), sp.Symbol("l_1")
 BAD = {
-    "l_1: is no quantity of the arm; give its value, or its name (near it: L1)": {
+    "l_1: is not a quantity of the arm; give its value, or its name (near it: L1)": {
         "mass_matrix": sp.eye(2) * M3
     },
-    "J1: is no quantity of the arm; give its value, or its name (near it: I_l1": {
+    "J1: is not a quantity of the arm; give its value, or its name (near it: I_l1": {
         "mass_matrix": sp.eye(2) * sp.Symbol("J1")
     },
-    "Theta_2: is no quantity of the arm; give its value, or its name (near it: I_l2": {
+    "Theta_2: is not a quantity of the arm; give its value, or its name (near it: I_l2": {
         "mass_matrix": sp.eye(2) * sp.Symbol("Theta_2")
     },
-    "g: is no quantity of the arm; give its value, or its name (near it: g_x, g_y": {
+    "g: is not a quantity of the arm; give its value, or its name (near it: g_x, g_y": {
         "mass_matrix": sp.eye(2) * g
     },
-    "g = 'gravity': is no quantity": {"mass_matrix": sp.eye(2) * g, "values": {g: "gravity"}},
+    "g = 'gravity': is not a quantity": {"mass_matrix": sp.eye(2) * g, "values": {g: "gravity"}},
     "g: must be a number, or the name": {"mass_matrix": sp.eye(2) * g, "values": {g: None}},
     "mass_matrix: has v1; must be of x alone": {"mass_matrix": sp.eye(2) * v[0]},
     "bias: has T1, T2; must be of x and v alone": {"bias": sp.Matrix(torque), "torque": torque},
     "bias: has shape (3, 1), must be (2, 1)": {"bias": sp.ones(3, 1)},
     "mass_matrix: has shape (1, 2), must be (2, 2)": {"mass_matrix": sp.ones(1, 2)},
-    "mass_matrix: is no sympy Matrix": {"mass_matrix": object()},
-    "forcing[1]: is no polynomial in v": {"forcing": sp.Matrix([0, sp.tanh(v[0])])},
+    "mass_matrix: is not a sympy Matrix": {"mass_matrix": object()},
+    "forcing[1]: is not a polynomial in v": {"forcing": sp.Matrix([0, sp.tanh(v[0])])},
     "forcing: give either bias or forcing": {"forcing": FORCE, "bias": BIAS},
     "coriolis: give either bias or coriolis": {"coriolis": sp.eye(2), "bias": BIAS},
     "Derivative(w(t), t), w(t): depend on time": {

@@ -234,7 +234,8 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
     waves = (
         *(np.exp(turn), -20.6 * np.cos(turn), 3 * slide, 2.5 * slide * np.sin(tilt)),
         *(1.5 * np.cos(tilt) - 0.25 * np.sin(tilt), np.full(40, 1.234567)),
-        *(4 * np.sin(turn - tilt), np.zeros(40)),
+        *(4 * np.sin(turn - tilt), np.zeros(40), -1700 - 850 * slide, slide**2),
+        (2 - slide) * np.sin(tilt) + 0.5 * np.cos(tilt),
     )
     most = "crosscheck.trial.robots.forms.MOST_ANGLES"
     monkeypatch.setattr(most, 2)

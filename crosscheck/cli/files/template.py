@@ -15,7 +15,7 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.files import format_toml_fields
 from crosscheck.output import require_new, write_new_text
-from crosscheck.report.formatting import format_count
+from crosscheck.report.formatting import format_count, join_words
 from crosscheck.schema import describe_fields
 
 if TYPE_CHECKING:
@@ -63,6 +63,7 @@ ROBOT_HEAD = """\
 #     tooth_error_m = 5e-6
 #     damping_ratio = 0.05
 """
+PASSIVE = 'no motor; with friction: { kind = "direct", friction_N_m_s_per_rad = 0.1 }'
 GRAVITY = "gravity_m_per_s2 = [0.0, -9.81]"
 CAD = "# A link may be a body instead of a rod, with numbers out of a CAD model:"
 DIRECT = (
@@ -299,27 +300,28 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     write_new_text(path, text)
     geared = sum('"geared"' in line.partition("#")[0] for line in lines)
     kinds = f"{geared} geared as {urdf.name} states" if geared else "all direct"
-    kinds = make_printable(kinds)
+    passive = [robot.coordinate_names[place] for place in robot.passive]
+    kinds = make_printable(kinds + f"; no motor drives {join_words(passive)}" * bool(passive))
     print(f"wrote {make_printable(str(path))}: {format_count(len(lines), 'joint')}, {kinds}")
     for joint, gear in gears.items():
         lack = "" if gear.table else "; not enough for a rotor, left direct"
         print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
     for line in left_out:
         print(f"  {make_printable(line)}")
-    print("state the rotors that are missing, then" if geared < len(lines) else "edit it, then")
+    print("edit it, then" if geared + len(passive) == len(lines) else "state missing rotors, then")
     print(f"  crosscheck cost {make_printable(shlex.quote(str(path)))}")
 
 
 def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator[str]:
-    """Lines of the joints with a motor that mimic none, or that the URDF states a gear of."""
-    motors = [robot.coordinates[place] for place in robot.motors]
+    """Lines of the joints that mimic none, or that the URDF states a gear of."""
     for number, joint in enumerate(robot.joints):
-        gear = gears.get(joint.name)
-        if number not in motors and (gear is None or not joint.has_motor):
+        gear = gears.get(joint.name) if joint.has_motor else None
+        if number not in robot.coordinates and gear is None:
             continue
         table = gear.table if gear is not None and gear.table else {"kind": "direct"}
         (line,) = format_toml_fields({joint.name: table})
-        yield line if gear is None else f"{line} # {make_printable(gear.elements)}"
+        remark = make_printable(gear.elements) if gear else PASSIVE * (not joint.has_motor)
+        yield f"{line} # {remark}" if remark else line
 
 
 def robot_template(robot: Robot, urdf: str, joint_lines: Iterable[str]) -> str:

@@ -27,7 +27,7 @@ def draw_joints(
     """
     from matplotlib.figure import Figure
 
-    from crosscheck.report.plots.figures import to_svg
+    from crosscheck.report.plots.figures import draw_legend, to_svg
 
     figure = Figure(figsize=(9, height * len(names)), layout="constrained")
     table = figure.subplots(len(names), len(columns), sharex=same_axis, squeeze=False)
@@ -39,5 +39,5 @@ def draw_joints(
     for name, axes in zip(names, table[:, 0], strict=True):
         axes.set_ylabel(name)
     if table[0, 0].get_legend_handles_labels()[0]:
-        table[0, 0].legend(loc="upper right", fontsize="small")
+        draw_legend(figure, table[0, 0])
     return to_svg(figure)

@@ -103,12 +103,12 @@ def open_batches(
     folder = batch_folder(out)
     with convert_os_errors(folder):
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
-            raise InputError(str(folder), "", None, "is no folder; remove it")
+            raise InputError(str(folder), "", None, "is not a folder; remove it")
         make_private(folder)
         if not os.path.lexists(folder / MARK) and any(folder.iterdir()):
             raise InputError(str(folder), "", None, "is not empty, and holds no batches")
         if os.path.lexists(folder / MARK) and not stat.S_ISREG((folder / MARK).lstat().st_mode):
-            raise InputError(str(folder / MARK), "", None, "is no ordinary file; remove it")
+            raise InputError(str(folder / MARK), "", None, "is not an ordinary file; remove it")
         mark = os.open(folder / MARK, FLAGS, 0o600)
     try:
         _lock_list(mark, folder)

@@ -77,8 +77,8 @@ class NetcdfFile:
         return self._require_printable(f"{node.name}: {key}", _single_value(node, key))
 
     def _require_printable(self, what: str, text: Any) -> str:
-        self._require(isinstance(text, str), f"{what} is no text")
-        self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is no printable line")
+        self._require(isinstance(text, str), f"{what} is not text")
+        self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is not one line")
         return str(text)
 
     def _require_sound(self, name: str) -> int:
@@ -87,7 +87,7 @@ class NetcdfFile:
         hard = isinstance(self.file.get(name, getlink=True), h5py.HardLink)
         self._require(hard, f"{name} leads elsewhere")
         data = self.file[name]
-        self._require(isinstance(data, h5py.Dataset), f"{name} is no variable")
+        self._require(isinstance(data, h5py.Dataset), f"{name} is not a variable")
         plist = data.id.get_create_plist()
         stored = plist.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED, h5py.h5d.COMPACT)
         self._require(stored and not plist.get_external_count(), f"{name} is stored elsewhere")
@@ -109,7 +109,7 @@ class NetcdfFile:
 
     def _require(self, sound: bool, what: str) -> None:
         if not sound:
-            raise InputError(str(self.path), "", None, f"is no {self.description}: {what}")
+            raise InputError(str(self.path), "", None, f"is not a {self.description}: {what}")
 
 
 class StudyResultFile(NetcdfFile):
@@ -139,7 +139,7 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] = StudyResultFile) -> 
         use,
         form,
         within_s=OPENING_S + size / READING_BYTES_PER_S,
-        fails=f"is no {form.description}",
+        fails=f"is not a {form.description}",
         dies="HDF5 cannot read it",
     )
 
@@ -147,7 +147,7 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] = StudyResultFile) -> 
 def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
     if not h5py.is_hdf5(path):
         made = f"; crosscheck {form.command} writes one" if form.command else ""
-        raise InputError(str(path), "", None, f"is no {form.description}{made}")
+        raise InputError(str(path), "", None, f"is not a {form.description}{made}")
     with h5py.File(path, "r", locking=False) as file:
         return use(form(path, file))
 

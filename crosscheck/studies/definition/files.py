@@ -24,6 +24,8 @@ from crosscheck.studies.definition.functions import read_source
 from crosscheck.studies.definition.quantities import Function
 from crosscheck.studies.members.members import PreparedStudy
 
+BUILT_IN = {"arm": builtin_arms(), "robot": builtin_robots(), "scenario": builtin_scenarios()}
+
 
 def read_study(
     file: Path, run_code: bool = False, settings: Mapping[str, Any] | None = None
@@ -40,11 +42,20 @@ def read_study(
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(file), "function", named[0], allowed)
-    here, name, scenario = file.parent, definition.mechanism, definition.scenario
-    scenario = scenario if scenario in builtin_scenarios() else str(here / scenario)
-    path = name if name in (*builtin_arms(), *builtin_robots()) else str(here / name)
+    path = _find_file(file, definition.section, definition.mechanism)
+    scenario = _find_file(file, "scenario", definition.scenario)
     data = {**read_sections(definition.section, path), "scenario": read_raw_scenario(scenario)}
-    return build_study(definition, data, here, str(file))
+    return build_study(definition, data, file.parent, str(file))
+
+
+def _find_file(file: Path, field: str, name: str) -> str:
+    """A built-in name, or the path of the file beside the study's. Raises InputError if missing."""
+    if any(name in names for names in BUILT_IN.values()):
+        return name
+    if (path := file.parent / name).exists():
+        return str(path)
+    allowed = f"no such file, nor built-in name ({', '.join(BUILT_IN[field])})"
+    raise InputError(str(file), field, name, allowed)
 
 
 def build_study(

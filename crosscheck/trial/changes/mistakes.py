@@ -227,7 +227,7 @@ def _confuse_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:
     yield "its axis the other way", replace(joint, axis=-joint.axis)
     yield "its axis in the frame of the link before", replace(joint, axis=turn.T @ joint.axis)
     for axis, unit in zip(AXES, np.eye(3), strict=True):
-        yield f"its axis {axis}", replace(joint, axis=unit)
+        yield f"its axis along {axis}", replace(joint, axis=unit)
     for words, other, place in (
         ("its place left out", turn, 0 * position),
         ("its frame turned the other way", turn.T, position),

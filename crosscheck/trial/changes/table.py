@@ -178,7 +178,7 @@ class ValueSearch:
         return usual or bool(self._equal_number_name(number, value))
 
     def _equal_number_name(self, number: RobotNumber, value: float) -> str:
-        """The number of the file that a value is, or is more or less by, in words; '' for none."""
+        """The file's number that a value is, or has added to its own, in words; '' for none."""
         is_opposite = abs(value + number.value) < ALIKE * number.step
         if abs(value) < ALIKE * number.step or is_opposite or not number.unit or number.factor:
             return ""
@@ -190,4 +190,4 @@ class ValueSearch:
         if number.has_usual_factor(value):
             return ""
         equal = list_equal_numbers(others, abs(step))
-        return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""
+        return f"with {equal[0].name} {'subtracted' if step < 0 else 'added'}" if equal else ""

@@ -69,7 +69,7 @@ def unpack_fmu(path: Path, folder: Path) -> None:
     except OSError as error:  # names that no file can have, or a file where a folder is needed
         raise InputError(where, "", None, f"cannot be unpacked: {error.strerror}") from None
     except Exception as error:  # whatever a damaged archive makes of its reader
-        raise InputError(where, "", None, f"is no FMU: {describe_error(error)}") from None
+        raise InputError(where, "", None, f"is not an FMU: {describe_error(error)}") from None
     description = (folder / DESCRIPTION).read_bytes()
     if b"<!DOCTYPE" in description or b"<!ENTITY" in description or b"\0" in description:
         reason = "must be XML in UTF-8 without definitions of its own"
@@ -81,7 +81,7 @@ def _folders() -> tuple[str, ...]:
 
 
 def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
-    """Raise InputError for an archive that no program should unpack, or that is no FMU."""
+    """Raise InputError for an archive that no program should unpack, or that is not an FMU."""
     if len(entries) > MOST_FILES:
         raise InputError(where, "", None, f"holds {len(entries)} files; may hold {MOST_FILES}")
     size = sum(entry.file_size for entry in entries)
@@ -105,7 +105,7 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
         seen.add(str(path))
     sizes = {entry.filename: entry.file_size for entry in entries if not entry.is_dir()}
     if DESCRIPTION not in sizes:
-        raise InputError(where, DESCRIPTION, None, "is missing: this is no FMU")
+        raise InputError(where, DESCRIPTION, None, "is missing: this is not an FMU")
     if sizes[DESCRIPTION] > LARGEST_DESCRIPTION:
         raise InputError(where, DESCRIPTION, None, f"has more than {LARGEST_DESCRIPTION} bytes")
 
@@ -189,7 +189,7 @@ def _describe_damage(folder: Path, error: Exception) -> str:
     from fmpy import read_model_description
 
     if isinstance(error, SyntaxError):
-        return f"is no XML: {error}"
+        return f"is not XML: {error}"
     try:
         read_model_description(str(folder), validate=True)
     except Exception as complaint:  # of the schema, or of what a variable refers to

@@ -236,7 +236,7 @@ def _load_module(text: str, module: str, folder: Path) -> ModuleType:
     if not Path(module).is_file():
         raise InputError(text, "", None, f"no such file; must be {EXPECTED}")
     if not module.endswith(".py"):
-        raise InputError(text, "", None, f"is no Python file; must be {EXPECTED}")
+        raise InputError(text, "", None, f"is not a Python file; must be {EXPECTED}")
     path, name = _resolve(module), _module_name(module)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # a .py file always has a loader
@@ -355,7 +355,7 @@ def _find_unused(source: Any, names: set[str], given: set[str], where: str) -> t
         near = near if is_like else ""
         if near or isinstance(source, SimpleNamespace):
             meant = f" (did you mean {near}?)" if near else ""
-            reason = f"is no part of equations{meant}; parts are {', '.join(TAKES)}"
+            reason = f"is not a part of equations{meant}; parts are {', '.join(TAKES)}"
             raise InputError(where, name, None, reason)
     return tuple(sorted(other))
 

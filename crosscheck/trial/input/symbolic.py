@@ -127,7 +127,7 @@ def _matrix(given: Any, name: str, n: int) -> sp.ImmutableMatrix:
     try:
         matrix = sp.ImmutableMatrix(given)
     except (TypeError, ValueError) as error:
-        raise InputError(WHERE, name, None, f"is no sympy Matrix: {error}") from None
+        raise InputError(WHERE, name, None, f"is not a sympy Matrix: {error}") from None
     if shape[1] == 1 and matrix.shape == (1, n):
         matrix = matrix.T
     if matrix.shape != shape:
@@ -154,14 +154,14 @@ def _split(
 ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     """Bias, the part of -forcing that is quadratic in v, and the rest, the force.
 
-    Raises InputError for a row that is no polynomial in v.
+    Raises InputError for a row that is not a polynomial in v.
     """
     bias, force = [sp.Integer(0)] * len(forcing), [sp.Integer(0)] * len(forcing)
     for row, entry in enumerate(forcing):
         try:
             terms = sp.Poly(entry, *v).terms()
         except sp.PolynomialError:
-            reason = "is no polynomial in v; give bias and force apart"
+            reason = "is not a polynomial in v; give bias and force apart"
             raise InputError(WHERE, f"forcing[{row}]", None, reason) from None
         for powers, factor in terms:
             term = factor * sp.prod([u**p for u, p in zip(v, powers, strict=True)])
@@ -391,7 +391,7 @@ def _meaning(
             like = difflib.get_close_matches(value, arm_symbols, n=MOST_NAMED, cutoff=NEAR)
             close = list(dict.fromkeys((*meant, *like)))[:MOST_NAMED]
         near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(arm_symbols)}"
-        reason = f"is no quantity of the arm; give its value, or its name ({near})"
+        reason = f"is not a quantity of the arm; give its value, or its name ({near})"
         raise InputError(where, symbol.name, None if value == symbol.name else value, reason)
     if isinstance(value, Real | sp.Number) and sp.sympify(value).is_finite:
         return sp.Rational(*Fraction(float(value)).as_integer_ratio())

@@ -292,7 +292,7 @@ def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterat
         return
     left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(problem.states.v[few]))
     if (left > rounding).any():
-        yield "bias is no sum of a constant, rates and products of two rates, as it must be"
+        yield "bias is not a sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone"
@@ -320,7 +320,8 @@ def _self_notes(
         places = [EntryPlace("bias", row) for (row,) in rows if (row,) in wrong_rows]
         if places:
             which = "" if is_matrix_wrong else ", which is right"
-            yield f"bias does not follow from M{which}: {list_entries(places, names)}"
+            do = "does" if len(places) == 1 else "do"
+            yield f"{list_entries(places, names)} {do} not follow from M{which}"
         elif is_matrix_wrong and not rows:
             yield "bias follows from M: they are wrong together, by one cause"
     unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]

@@ -199,7 +199,7 @@ def _join_places(lines: str, chosen: np.ndarray) -> str:
 def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> str:
     """The difference (states,) at q (states, n) in words, such as `-20.6 cos(j1)`; '' for no wave.
 
-    A wave is of the sum of some angles, each with a sign; its factor may be one displacement.
+    A wave is of a sum of angles, each with a sign; its factor may be linear in one displacement.
     """
     joints = [robot.joints[number] for number in robot.coordinates]
     turning = [n for n, joint in enumerate(joints) if joint.kind == "revolute"]
@@ -219,6 +219,13 @@ def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> s
         if np.abs(difference - fit @ columns[wave, place]).max() <= FITS * size:
             angle = _format_sum(signs[wave], [joints[n].name for n in turning])
             return _format_wave(fit, angle, list(factors)[place])
+    for (wave, own), place in product(enumerate(waves), range(1, len(factors))):
+        pair = np.concatenate([own, columns[wave, place]])
+        fit, _, rank, _ = np.linalg.lstsq(pair.T, difference, rcond=1e-12)
+        if len(q) >= 2 * rank and np.abs(difference - fit @ pair).max() <= FITS * size:
+            angle = _format_sum(signs[wave], [joints[n].name for n in turning])
+            by_place = _format_wave(fit[2:], angle, list(factors)[place])
+            return f"{_format_wave(fit[:2], angle, '')} + {by_place}".replace("+ -", "- ")
     return ""
 
 

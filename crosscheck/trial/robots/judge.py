@@ -288,7 +288,7 @@ class RobotProblem:
         """Sentences on how the equations were read, where they may be read in several ways."""
         answers = self.answers
         if self.is_mapped:
-            yield "carried from your coordinates to the joints' own, in which entries are named"
+            yield "converted to joint coordinates; entries are named in these"
         if answers.sources.get("bias") == NONLINEAR:
             nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
             yield f"bias is not 0 at rest: {nonlinear}"

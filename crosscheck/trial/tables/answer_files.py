@@ -131,7 +131,7 @@ def _read_csv(where: str, content: bytes, allowed: TableColumns) -> dict[str, np
     except UnicodeDecodeError:
         raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
     except csv.Error as error:
-        raise InputError(where, "", None, f"is no CSV file: {error}") from None
+        raise InputError(where, "", None, f"is not a CSV file: {error}") from None
     if not table:
         raise InputError(where, "", None, "has no rows")
     columns = dict(zip(header, np.array(table).T, strict=True))
@@ -203,7 +203,7 @@ def _parse_numbers(
 
 def _read_mat(where: str, content: bytes, allowed: TableColumns) -> dict[str, np.ndarray]:
     read = read_in_subprocess(
-        where, _mat_variables, where, content, within_s=READING_S, fails="is no MAT file"
+        where, _mat_variables, where, content, within_s=READING_S, fails="is not a MAT file"
     )
     if ROW not in read:
         raise InputError(where, ROW, None, "is missing: the numbers of the rows that are answered")
@@ -231,7 +231,7 @@ def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
         reason = f"holds more than {MOST_NUMBERS} numbers"
         raise InputError(where, "", None, reason) from None
     except Exception as error:
-        reason = f"is no MAT file: {type(error).__name__}: {error}"
+        reason = f"is not a MAT file: {type(error).__name__}: {error}"
         raise InputError(where, "", None, reason) from None
 
 

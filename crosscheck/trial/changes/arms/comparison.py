@@ -21,7 +21,7 @@ from crosscheck.trial.coordinates.states import UserState, stack_states
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
 
-UNQUADRATIC = "is no sum of products of two rates"
+UNQUADRATIC = "is not a sum of products of two rates"
 Rates = tuple[int, int]
 Perform = Callable[[Sequence[ModelTask]], Results]
 

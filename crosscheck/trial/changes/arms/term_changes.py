@@ -42,7 +42,7 @@ PLAIN: tuple[tuple[ErrorKind, float, float], ...] = (
 UNITS = {180 / np.pi: "{}, its angle in degrees,", np.pi / 180: "{}, its angle times pi/180,"}
 LEVERS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 HUGE = 1e200  # an effect that fits nothing
-WEIGHT = "the whole weight"
+WEIGHT = "the whole gravity term"
 MULTIPLES = 3  # number of multiples of a letter, the last of its forms
 MOST_TERMS = 4  # terms that are written out
 
