@@ -57,7 +57,8 @@ def _properties(agreement: Agreement) -> ElementTree.Element:
     if provenance is not None:
         named += [field for field in provenance if isinstance(field[1], str | int | None)]
         named += [(f"version {name}", value) for name, value in provenance.versions.items()]
-    named.append(("known", ", ".join(key.id for key in agreement.accepted_keys)))
+    if agreement.accepted_keys:
+        named.append(("known", ", ".join(key.id for key in agreement.accepted_keys)))
     for finding in agreement.findings:
         if finding.kind == "measurement":
             named.append((finding.id, f"{finding.measured!r} {finding.unit}"))
