@@ -75,7 +75,7 @@ class NumberRange(Limit):
 
     def allows(self, value: Any) -> bool:
         """Whether a number is in the range; NaN and infinities are not."""
-        if not isinstance(value, int | float):
+        if not isinstance(value, int | float) or isinstance(value, bool):
             return True
         return self.least <= value <= self.most or (self.or_zero and value == 0)
 

@@ -234,7 +234,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path, labelled, what):
         lambda: read_baseline(path, quick(labelled), RENEW),
         lambda: require_replaceable(path, labelled.name),
     ):
-        with pytest.raises(InputError, match=r"no record|cannot be read") as refused:
+        with pytest.raises(InputError, match=r"not a record|cannot be read") as refused:
             attempt()
         assert str(refused.value).isprintable()
 

@@ -92,7 +92,7 @@ def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     (tmp_path / "r.urdf").write_text(geared_text(GEARS + weld))
     answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
     assert (answer.code, answer.err) == (0, "")
-    assert "5 joints, 3 geared" in answer.out
+    assert "6 joints, 3 geared as r.urdf states; no motor drives vane" in answer.out
     assert "weld" not in answer.out
     assert "transmission both left out: of a, b" in answer.out
     assert "e: armature 0.08 kg m^2 of joint e" in answer.out

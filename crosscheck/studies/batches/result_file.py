@@ -206,7 +206,7 @@ class ResultFile:
                 dims = (*dims, entry)
         else:
             given = [row[0] for row in axis.values]
-            if all(isinstance(v, int | float) for v in given):
+            if all(isinstance(v, int | float) and not isinstance(v, bool) for v in given):
                 values = np.array(given)
             else:
                 words = [value if isinstance(value, str) else json.dumps(value) for value in given]

@@ -146,7 +146,7 @@ def _draw_samples(
         draws = generator.uniform(-1, 1, (count, columns))
         width, relative = axis.tolerance, axis.relative_tolerance
     if relative is not None:
-        return centres + draws * (centres * relative)
+        return centres + draws * (np.abs(centres) * relative)
     assert width is not None  # the definition's own validation
     return centres + draws * width
 
@@ -159,7 +159,7 @@ def _centres(
         return np.full(len(entries), centre)
     values = [value_at(data, entry) for entry in entries]
     for entry, centre_value in zip(entries, values, strict=True):
-        if not isinstance(centre_value, int | float):
+        if not isinstance(centre_value, int | float) or isinstance(centre_value, bool):
             allowed = "the file has no number there to vary about; give the centre"
             raise InputError(where, format_path(entry), centre_value, allowed)
     return np.array(values, dtype=float)

@@ -23,7 +23,7 @@ MODULES = (
 )  # fmt: skip
 LIBRARIES = (None, "numpy", "math", ["numpy"], ["math"])  # of lambdify, whose functions are alike
 VECTOR = (3,)  # shape
-MOST_DERIVATIVES = 100_000  # that are remembered
+MOST_KEPT = 100_000  # results of a method that are remembered
 _cross_arrays = np.cross
 
 
@@ -31,8 +31,8 @@ def quicken_libraries() -> None:
     """Quicken NumPy's cross products, and SymPy's functions if it is loaded, for good.
 
     Simplifying takes seconds, and is left out; what lambdify returns is written when it is needed;
-    numbers take the places of symbols in one pass; derivatives are remembered, for an edit changes
-    those of a summand; np.cross takes as long as ten products.
+    numbers take the places of symbols in one pass; np.cross takes as long as ten products. An edit
+    changes a summand or two, so derivatives are remembered, and of sums what is made of summands.
     """
     vars(np)["cross"] = cross_vectors
     for module in filter(None, map(sys.modules.get, MODULES)):
@@ -46,38 +46,57 @@ def quicken_libraries() -> None:
         import sympy as sp
 
         for kind in (sp.Basic, sp.MatrixBase):
-            kind.subs = partialmethod(_substitute, kind.subs)
-        differentiate = sp.Expr.diff
-        recall = lru_cache(MOST_DERIVATIVES)(differentiate)
-        sp.Expr.diff = partialmethod(_differentiate, recall, differentiate)
+            kind.subs = partialmethod(_substitute, kind.subs, lru_cache(MOST_KEPT)(kind.subs))
+        for name, call in (("diff", _recall), ("expand", _recall_summands)):
+            method = getattr(sp.Expr, name)
+            setattr(sp.Expr, name, partialmethod(call, method, lru_cache(MOST_KEPT)(method)))
 
 
-def _differentiate(
-    expression: Any,
-    recall: Callable[..., Any],
-    differentiate: Callable[..., Any],
-    *by: Any,
-    **more: Any,
+def _recall(
+    expression: Any, method: Callable[..., Any], recall: Callable[..., Any], *by: Any, **more: Any
 ) -> Any:
-    """What SymPy's diff returns, of the same only once."""
+    """What a method returns, of the same only once."""
     try:
         return recall(expression, *by, **more)
     except TypeError:  # of what has no hash, as a list
-        return differentiate(expression, *by, **more)
+        return method(expression, *by, **more)
 
 
-def _substitute(expression: Any, substitute: Callable[..., Any], *pairs: Any, **more: Any) -> Any:
+def _recall_summands(
+    expression: Any, method: Callable[..., Any], recall: Callable[..., Any], *by: Any, **more: Any
+) -> Any:
+    """The same, of a sum the sum of what the method returns of its summands."""
+    if not getattr(expression, "is_Add", False):
+        return _recall(expression, method, recall, *by, **more)
+    summands = (_recall(each, method, recall, *by, **more) for each in expression.args)
+    return expression.func(*summands)
+
+
+def _substitute(
+    expression: Any,
+    method: Callable[..., Any],
+    recall: Callable[..., Any],
+    *pairs: Any,
+    **more: Any,
+) -> Any:
     """What SymPy's subs returns, of numbers for symbols by one replacement and not by one each."""
     import sympy as sp
 
-    numbers = pairs[0] if len(pairs) == 1 and isinstance(pairs[0], dict) and not more else {}
+    given = pairs[0] if len(pairs) == 1 else [pairs]
+    replaced = list(given) if isinstance(given, dict) else [next(iter(each)) for each in given]
+    if more or any(isinstance(each, str | sp.Add) for each in replaced):
+        return method(expression, *pairs, **more)
+    numbers = given if isinstance(given, dict) else {}
     is_plain = all(
         isinstance(symbol, sp.Symbol) and isinstance(number, Real | sp.Number)
         for symbol, number in numbers.items()
     )
-    if not numbers or not is_plain or expression.has(sp.Derivative, sp.Integral, sp.Subs):
-        return substitute(expression, *pairs, **more)
-    return expression.xreplace({symbol: sp.sympify(n) for symbol, n in numbers.items()})
+    if numbers and is_plain and not expression.has(sp.Derivative, sp.Integral, sp.Subs):
+        return expression.xreplace({symbol: sp.sympify(n) for symbol, n in numbers.items()})
+    kept = pairs if pairs[1:] else (tuple(given),)
+    if isinstance(given, dict):  # of which the order is SymPy's
+        return method(expression, *pairs)
+    return _recall_summands(expression, method, recall, *kept)
 
 
 def _return_expression(expression: Any, *options: object, **more: object) -> Any:

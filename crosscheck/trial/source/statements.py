@@ -83,12 +83,16 @@ def _list_mutated(statement: ast.stmt, names: Names) -> Iterator[str]:
     for node in ast.walk(statement):
         if isinstance(node, ast.Subscript | ast.Attribute) and isinstance(node.ctx, ast.Store):
             yield _find_root(node)
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+        if isinstance(node, ast.Expr | ast.Assign) and isinstance(node.value, ast.Call):
             root = _find_root(node.value.func)
             if root != ast.unparse(node.value.func) and not isinstance(names.get(root), ModuleType):
                 yield root
             given = [each.id for each in node.value.args if isinstance(each, ast.Name)]
             yield from (each for each in given if isinstance(names.get(each), MUTABLE))
+        if isinstance(node, ast.For):  # elements that it changes are those of what it goes through
+            elements = {each.id for each in ast.walk(node.target) if isinstance(each, ast.Name)}
+            if elements & {name for each in node.body for name in _list_mutated(each, names)}:
+                yield from (each.id for each in ast.walk(node.iter) if isinstance(each, ast.Name))
 
 
 def _find_root(node: ast.AST) -> str:

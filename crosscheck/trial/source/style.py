@@ -40,8 +40,8 @@ def imitate(text: str, model: str) -> str:
     tokens = list(_list_tokens(text))
     written = ""
     for token, following in zip(tokens, [*tokens[1:], None], strict=True):
-        is_known = token.is_number and literal_eval(token.text) in numbers
-        written += numbers[literal_eval(token.text)] if is_known else token.text
+        has_spelling = token.is_number and literal_eval(token.text) in numbers
+        written += numbers[literal_eval(token.text)] if has_spelling else token.text
         if following is not None:
             blanks = following.begin - token.end
             for habit in _list_habits(token, following):

@@ -117,6 +117,21 @@ def test_the_energies_of_a_robot_and_the_numbers_behind_them_are_edited(tmp_path
     assert edit.line == text[: text.index(wrong)].count("\n") + 1
 
 
+@pytest.mark.parametrize(
+    ("statement", "is_selected"),
+    [
+        ("for part in parts:\n    part['S'] = 1", True),
+        ("for part in parts:\n    print(part)", False),
+        ("done = method.equations()", True),
+        ("done = max(parts)", False),
+    ],
+)
+def test_statements_are_selected_that_change_what_is_used(statement, is_selected):
+    """Elements in a loop, and an object by a method whose result nobody uses."""
+    body, names = ast.parse(statement).body, {"parts": [{}], "method": object()}
+    assert bool(select_statements("mine.py", body, names, {"parts", "method"}, [])) == is_selected
+
+
 def test_equal_symbols_are_what_a_statement_makes():
     """Also if they are objects of their own, which pickle tells from one that is there twice."""
     body, (x, y) = ast.parse("Q = [x - y, x - y]").body, sp.symbols("x y")
