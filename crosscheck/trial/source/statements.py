@@ -88,7 +88,8 @@ def _list_mutated(statement: ast.stmt, names: Names) -> Iterator[str]:
             if root != ast.unparse(node.value.func) and not isinstance(names.get(root), ModuleType):
                 yield root
             given = [each.id for each in node.value.args if isinstance(each, ast.Name)]
-            yield from (each for each in given if isinstance(names.get(each), MUTABLE))
+            is_alone = isinstance(node, ast.Expr)  # whose result nobody takes
+            yield from (each for each in given if is_alone and isinstance(names.get(each), MUTABLE))
         if isinstance(node, ast.For):  # elements that it changes are those of what it goes through
             elements = {each.id for each in ast.walk(node.target) if isinstance(each, ast.Name)}
             if elements & {name for each in node.body for name in _list_mutated(each, names)}:
