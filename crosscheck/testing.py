@@ -138,9 +138,10 @@ def assert_agrees(
         first = trial.first_error or trial.verdict.text
         headline, *lines = (line for line in trial.lines if line != first)
         if trial.change is not None and trial.wrong:  # a test's summary shows the beginning alone
-            edit = trial.change.edits[0]
-            short = f"{edit.place}: {edit.short_remedy}\n" * (edit.short_remedy != edit.remedy)
-            headline = f"{short}{first}\n{headline}"
+            edits = trial.change.edits
+            short = ", and ".join(f"{each.place}: {each.short_remedy}" for each in edits)
+            is_shorter = any(each.short_remedy != each.remedy for each in edits)
+            headline = f"{short}\n{first}\n{headline}" if is_shorter else f"{first}\n{headline}"
         elif not headline.endswith(first):
             entry = f"{trial.wrong[0].name}: " if trial.wrong else ""
             has_entry = first.startswith(tuple(each.name for each in trial.wrong))

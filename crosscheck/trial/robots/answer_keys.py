@@ -165,7 +165,7 @@ def _make_answer_key(
     right = {
         str(each): _select_answers(problem, each, holds) for each in levels if each in problem.sizes
     }
-    weighed, numbers = None, frozenset(_list_numbers(robot))
+    weighed, numbers = None, frozenset((*_list_numbers(robot), *robot.gravity.tolist()))
     if problem.equations.force is not None and "gravity" not in problem.answers.values:
         weighed = _make_answer_key(_separate_weights(problem), level, robot, {})
     return AnswerKey(bind, right, problem.names, numbers, build, bind_symbols, weighed)

@@ -192,6 +192,8 @@ class EditSearch:
         )
         if rank == RANKS[0] and is_likely:
             self._judge_edits(self._list_file_numbers())
+        if rank == LITERAL_RANK and not is_likely:
+            self._judge_edits(self._list_file_numbers(are_stated=True))
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
             LITERAL_RANK: partial(self._solve_literals, LITERAL_RANK),
             VECTOR_RANK: partial(self._solve_literals, VECTOR_RANK),
@@ -204,7 +206,12 @@ class EditSearch:
     def _is_stated(self, node: ast.AST) -> bool:
         """Whether it is a number as the file states it, which is right unless nothing else is."""
         value = node.value if isinstance(node, ast.Constant) else None
-        return isinstance(value, float) and self.answer_keys[0].is_stated(value)
+        return isinstance(value, int | float) and self._get_test_of_numbers(node)(value)
+
+    def _get_test_of_numbers(self, node: ast.AST) -> Callable[[float], bool]:
+        """The question whether the file states a number, which in formulas may be a factor too."""
+        key = self.answer_keys[0]
+        return key.has_number if self.tree.is_datum(node) else key.is_stated
 
     def _is_promising(self, node: ast.AST, rank: int) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
@@ -280,42 +287,36 @@ class EditSearch:
     def _solve_literals(self, rank: int) -> Iterator[Edit]:
         """Numbers of the code, or vectors of them, that others in their place make right.
 
-        Those that the file states come last: others would make up for a term that is lost.
+        Those that the file states come last: others would make up for a term that is lost. Where
+        names are given numbers, these are copied from the file, and at most mistaken for another.
         """
-        is_stated = self.answer_keys[0].is_stated
         for node, site in self._list_sites():
             text, start = read_literals(site) or ("", [])
+            is_stated = self._get_test_of_numbers(node)
             usual_rank = VECTOR_RANK if len(start) > 1 else LITERAL_RANK
-            is_sought = start and rank == (
-                STATED_RANK if all(map(is_stated, start)) else usual_rank
-            )
+            are_stated = bool(start) and all(map(is_stated, start))
+            is_sought = start and rank == (STATED_RANK if are_stated else usual_rank)
+            is_sought = is_sought and not (are_stated and site.is_datum)
             for values in self._solve(node, text, start) if is_sought else ():
-                if self._are_likely(
-                    start, values, FEW_DIGITS if rank == STATED_RANK else MANY_DIGITS
-                ):
+                digits = FEW_DIGITS if rank == STATED_RANK else MANY_DIGITS
+                if _are_likely(start, values, digits, is_stated):
                     yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
 
-    def _list_file_numbers(self) -> Iterator[Edit]:
-        """Numbers of the file for numbers of the code that are none, nor factors."""
+    def _list_file_numbers(self, *, are_stated: bool = False) -> Iterator[Edit]:
+        """Numbers of the file for numbers of the code that are none, nor factors.
+
+        are_stated: for those that are, but of something else, where names are given numbers.
+        """
+        rank = LITERAL_RANK if are_stated else RANKS[0]
         numbers = sorted({abs(number) for number in self.answer_keys[0].numbers if number})
         for node, site in self._list_sites():
-            if is_fraction(site) and (value := ast.literal_eval(node)) not in numbers:
-                near = (n for n in numbers if 1 / LARGEST_RATIO < value / n < LARGEST_RATIO)
-                for number in near if value not in USUAL_FACTORS else ():
-                    yield Edit((RANKS[0], len(KINDS)), node, repr(number))
-
-    def _are_likely(self, start: Sequence[float], values: Sequence[float], digits: int) -> bool:
-        """Whether somebody may have meant these numbers: what nobody writes mends by chance."""
-        pairs = list(zip(start, values, strict=True))
-        if any(a and b and not 1 / LARGEST_RATIO < abs(b / a) < LARGEST_RATIO for a, b in pairs):
-            return False
-        has_many = not all(is_round(value, digits) for value in start)
-        is_stated = self.answer_keys[0].is_stated
-        # Of several, those that the file states are right.
-        changed = [(a, b) for a, b in pairs if abs(a - b) > EQUAL * abs(a)] if start[1:] else []
-        if any(is_stated(a) and not is_stated(b) for a, b in changed):
-            return False
-        return has_many or all(is_round(v, digits) or is_stated(v) for v in values)
+            if not is_fraction(site) or (are_stated and not site.is_datum):
+                continue
+            value = ast.literal_eval(node)
+            if (value in numbers) == are_stated and value not in USUAL_FACTORS:
+                for number in numbers:
+                    if number != value and 1 / LARGEST_RATIO < value / number < LARGEST_RATIO:
+                        yield Edit((rank, len(KINDS)), node, repr(number))
 
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, or the same times a name of the function.
@@ -586,6 +587,24 @@ class EditSearch:
 
 
 get_badness = attrgetter("badness")
+
+
+def _are_likely(
+    start: Sequence[float],
+    values: Sequence[float],
+    digits: int,
+    is_stated: Callable[[float], bool],
+) -> bool:
+    """Whether somebody may have meant these numbers: what nobody writes mends by chance."""
+    pairs = list(zip(start, values, strict=True))
+    if any(a and b and not 1 / LARGEST_RATIO < abs(b / a) < LARGEST_RATIO for a, b in pairs):
+        return False
+    has_many = not all(is_round(value, digits) for value in start)
+    # Of several, those that the file states are right.
+    changed = [(a, b) for a, b in pairs if abs(a - b) > EQUAL * abs(a)] if start[1:] else []
+    if any(is_stated(a) and not is_stated(b) for a, b in changed):
+        return False
+    return has_many or all(is_round(v, digits) or is_stated(v) for v in values)
 
 
 def _list_factors(site: Site) -> Iterator[str]:

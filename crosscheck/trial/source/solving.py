@@ -19,6 +19,7 @@ from crosscheck.trial.source.syntax import MOST_ELEMENTS, NUMBER
 
 MOST_STEPS = 8
 GAIN = 0.5  # of the residual, that a step must leave at most
+SHARES = 1.0, 0.5, 0.25  # of a step, of which the first is taken that leaves no more
 SOLVED = 1e-9  # of the first residual
 EQUAL = 1e-8  # relative difference of a number and a product of names that is one
 MOST_NAMES = 40  # of which products are made
@@ -38,12 +39,16 @@ def solve_numbers(residual: Residual, start: np.ndarray) -> np.ndarray | None:
         if not np.isfinite(slopes).all() or not np.any(slopes):
             return None
         change = np.linalg.lstsq(np.transpose(slopes), -rest)[0]
-        before, numbers = float(np.linalg.norm(rest)), numbers + change
-        rest = residual(numbers)
-        size = float(np.linalg.norm(rest))
-        if size <= SOLVED * first:
-            return numbers
-        if not size <= GAIN * before:
+        before, begin = float(np.linalg.norm(rest)), numbers
+        for share in SHARES:  # a square's step may be too long
+            numbers = begin + share * change
+            rest = residual(numbers)
+            size = float(np.linalg.norm(rest))
+            if size <= SOLVED * first:
+                return numbers
+            if size <= GAIN * before:
+                break
+        else:
             return None
         steps = np.where(change == 0, steps, 1e-3 * change)
     return None

@@ -92,7 +92,8 @@ class SourceEdit:
             text[each[0].start() : each[-1].end()] if each else ""
             for text, each in zip(texts, middle, strict=True)
         )
-        if not old or any(each.count("(") != each.count(")") for each in (old, new)):
+        is_ambiguous = f"{self.start}{self.removed}{self.end}".count(old) != 1
+        if not old or is_ambiguous or not (_is_balanced(old) and _is_balanced(new)):
             return self
         return replace(self, old=old, new=new)
 
@@ -172,6 +173,13 @@ def _count_equal(old: Sequence[str], new: Sequence[str]) -> int:
     return next(differing, min(len(old), len(new)))
 
 
+def _is_balanced(text: str) -> bool:
+    """Whether every bracket of a text is closed in it."""
+    while (inner := re.sub(r"\(\)|\[\]|\{\}", "", re.sub(r"[^][(){}]", "", text))) != text:
+        text = inner
+    return not text
+
+
 def _list_names(names: Sequence[str]) -> str:
     rest = len(names) - MOST_NAMED
     return ", ".join(names[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
@@ -199,6 +207,8 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     around, old, outer = tree.parent(node), _read_text(tree, node), node
     removed = ast.get_source_segment(tree.code.text, node) or ""
     new = imitate(ast.unparse(other), before)
+    if isinstance(other, ast.Tuple) and not removed.startswith("("):
+        new = new[1:-1]
     if "#" not in removed:  # what stays of the expression stays as it is written
         new = new.replace(imitate(ast.unparse(node), before), old, 1)
     # Python says where parentheses are needed; those that are there already stay.
