@@ -42,7 +42,7 @@ def test_a_joint_without_motor_is_there_with_its_friction(crosscheck, tmp_path):
     passive = TEXT.replace("</robot>", '<passive_joint name="the first"/></robot>')
     (tmp_path / "r.urdf").write_text(passive)
     answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
-    assert "1 joint, all direct; no motor drives the first\nedit it, then" in answer.out
+    assert "1 joint, all direct; no motor drives the first\nedit it, then run" in answer.out
     text = (tmp_path / "r.toml").read_text()
     assert load_robot(str(tmp_path / "r.toml")).joints[0].friction == 0
     rubbed = text.replace('{ kind = "direct" } # no motor; with friction: ', "")

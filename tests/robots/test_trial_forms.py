@@ -9,7 +9,7 @@ import sympy as sp
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.testing import assert_agrees, from_sympy
+from crosscheck.testing import assert_agrees, from_sympy, try_equations
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import Friction, read_friction
@@ -70,6 +70,17 @@ def test_an_assertion_tells_what_is_wrong():
         assert_agrees(wrong, TWO, scenarios=["pd"])
     with pytest.raises(AssertionError, match="not with links"):
         assert_agrees(two_link.right(), TWO, level="links")
+
+
+def test_a_file_states_its_friction(tmp_path):
+    file = tmp_path / "rubbed.py"
+    file.write_text(
+        "from tests.robots import two_link\n"
+        "from tests.robots.two_link import gravity, mass_matrix\n\n"
+        "viscous_friction = [12.0, 3.0]\n\n"
+        "def bias(q, v):\n    return two_link.bias(q, v) + viscous_friction * v\n"
+    )
+    assert try_equations(f"{file}", TWO, quick=True).agrees
 
 
 def rubbed(v: np.ndarray) -> np.ndarray:

@@ -103,7 +103,7 @@ def init_command(path: Path, joints: int, direct: bool) -> None:
     name, word = make_printable(str(path)), make_printable(shlex.quote(str(path)))
     count = _format_joint_count(joints, direct)
     print(f"wrote {name}: {count}, every number an example")
-    print(f"it has {describe_loads(arm)}; edit it, then")
+    print(f"it has {describe_loads(arm)}; edit it, then run")
     for command in ("show", "validate"):
         print(f"  crosscheck {command} {word}")
 
@@ -308,7 +308,8 @@ def init_robot_command(path: Path, urdf: Path) -> None:
         print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
     for line in left_out:
         print(f"  {make_printable(line)}")
-    print("edit it, then" if geared + len(passive) == len(lines) else "state missing rotors, then")
+    is_whole = geared + len(passive) == len(lines)
+    print(f"{'edit it' if is_whole else 'state the missing rotors'}, then run")
     print(f"  crosscheck cost {make_printable(shlex.quote(str(path)))}")
 
 

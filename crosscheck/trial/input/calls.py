@@ -49,8 +49,11 @@ CALLING_PACKAGES = ("crosscheck", "numpy", "fmpy")
 
 
 def select_parts(names: Mapping[str, Any]) -> SimpleNamespace:
-    """The parts of equations among the names of a file, with its coordinates and motors."""
-    kept = (*TAKES, "coordinates", "drive")
+    """The parts of equations among the names of a file, with its coordinates, motors and friction.
+
+    These two names of friction mean nothing else; level and torque may be anything in a file.
+    """
+    kept = (*TAKES, "coordinates", "drive", "viscous_friction", "coulomb_friction")
     return SimpleNamespace(**{name: names[name] for name in kept if name in names})
 
 

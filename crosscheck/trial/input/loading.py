@@ -135,6 +135,8 @@ def build_equations(
     beside = _parse_location(where)[2] if find_code else Path.cwd().resolve()
     if not _is_factory(source):
         extracted = extract_equations(source, where)
+        if isinstance(source, ModuleType):  # whose own names these are: an arm's file says so
+            extracted = replace(extracted, viscous_friction=None, coulomb_friction=None)
         extracted = replace(extracted, find_code=find_code) if find_code else extracted
         return _require_arm_equations(extracted.adapt_to_arm(arm, scenario), where)
     find_code = find_code or partial(find_object_code, source)
@@ -439,7 +441,7 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
             file, _, name = where.rpartition(":")
             is_part = file.endswith(".py") and name in TAKES
             how = f"name {file} alone for all its parts" if is_part else f"hand it over as {whole}"
-            raise InputError(where, "", None, f"takes {parameter.name}, no {names[0]}; {how}")
+            raise InputError(where, "", None, f"takes {parameter.name}, not {names[0]}; {how}")
         if not free_names or parameter.kind == parameter.KEYWORD_ONLY:
             reason = f"takes {parameter.name}; may take {' and '.join(names)} alone"
             raise InputError(where, "", None, reason)
