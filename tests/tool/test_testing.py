@@ -121,8 +121,12 @@ LONG = "I1 + m1 * d1**2 + 2 * m12 - m22"
         (LONG, LONG.replace("m12", "m21"), "m12 should be m21"),
         (LONG, f"({LONG}) / 2", f"{LONG} should be ({LONG}) / 2"),
         ("m12 - m22", "m12", "m12 - m22 should be m12"),
+        ("f(1, 0) + 3.25 + f(1, 0)", "f(0, 1) + 3.25 + f(1, 0)", ""),
+        ("[[0.03, 0.21], [0.5, 1]]", "[[-0.03, 0.21], [-0.5, 1]]", ""),
     ],
 )
 def test_a_long_fix_is_said_without_the_ends_that_stay(old, new, said):
+    """But where the rest would be ambiguous, or cut through brackets."""
+    said = said or f"{old} should be {new}"
     edit = SourceEdit("mine.py", 3, old, new, "", old, new, "", (), 1)
     assert edit.short_remedy == said

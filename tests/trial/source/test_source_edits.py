@@ -475,6 +475,31 @@ def make():
     assert [each.remedy for each in answer.edits] == [remedy]
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "remedy"),
+    [
+        ("0.8, 0.025", "0.8, 0.014", "0.014 should be 0.025"),
+        ("I + 0.15**2", "I + 0.05**2", "0.05 should be 0.15"),
+        ("I + 0.15**2", "I", ""),
+    ],
+)
+def test_a_number_copied_from_the_file_is_mistaken_for_another_of_it(
+    tmp_path, right, wrong, remedy
+):
+    """Else the file's number for I would make up for what is lost; a square takes short steps."""
+    text = """
+I, J = 0.8, 0.025
+
+def make():
+    def mass_matrix(q):
+        return [[I + 0.15**2, 0], [0, J]]
+    return {"mass_matrix": mass_matrix}
+"""
+    key = replace(make_answer_key(text), numbers=frozenset((0.8, 0.025, 0.014)))
+    answer = search(tmp_path, text, (right, wrong), keys=[key])
+    assert [each.remedy for each in (answer.edits if answer else ())] == [remedy] * bool(remedy)
+
+
 def test_an_edit_that_changes_the_sign_of_a_square_is_not_offered(tmp_path):
     text = """
 def make():
