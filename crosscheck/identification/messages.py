@@ -74,10 +74,12 @@ def _describe_doubt(comparison: RecordComparison) -> Iterator[str]:
     reason = f"its residual is {format_number(most)} times that of freely fitted links"
     if comparison.leaves_at_once:
         reason += ", and simulated runs leave the record at once"
-    yield (
-        f"The recording cannot tell whether the {noun} is right: {reason}. It is too short or too"
-        " noisy, or a unit is wrong."
-    )
+    share = 100 * max(float(side.unexplained.max()) for side in comparison.judged_sides)
+    cause = "It is too short or too noisy, or a unit is wrong."
+    if share >= LARGE_REST_PERCENT:
+        rest = f"{format_rounded(share)} % of the torques unexplained"
+        cause = f"Even these leave {rest}: are columns exchanged, or of another sense?"
+    yield f"The recording cannot tell whether the {noun} is right: {reason}. {cause}"
     yield from _describe_runs(comparison)
     for side in comparison.judged_sides:
         if not side.is_excited:

@@ -171,6 +171,9 @@ def test_a_short_record_does_not_decide(short, snapshot):
         assert sum(line.startswith(began) for line in printed) == 1
     away = [replace(each, error=1.0 + each.error) for each in comparison.windows]
     assert describe_answers(replace(comparison, windows=tuple(away)))[:2] == snapshot
+    fits = [replace(each.fit, sigma=0 * each.fit.sigma + 40.0) for each in comparison.sides]
+    sides = map(lambda side, fit: replace(side, fit=fit), comparison.sides, fits)
+    assert describe_answers(replace(comparison, sides=tuple(sides)))[:1] == snapshot
 
 
 def test_what_a_motion_hardly_shows_is_named_largest_part_first():
