@@ -344,7 +344,12 @@ def _split_formula(node: ast.expr) -> list[str]:
 
 
 def list_multiples(site: Site) -> Texts:
-    """Twice and half of a whole term, and nothing where it is no summand; so of what is squared."""
+    """Twice and half of a whole term, and nothing where it is no summand; so of what is squared.
+
+    And half of a sum, or twice, that a minus stands before.
+    """
+    if is_sum(site.node) and isinstance(site.parent, ast.UnaryOp):
+        yield from (f"({site.text}) / 2", f"2 * ({site.text})")
     is_base = is_power(site.parent) and is_product(site.node)
     if (site.is_term and not is_sum(site.node)) or is_base:
         if not is_sum(site.parent) and site.kind in (NUMBER, None) and not site.is_leaf:
@@ -440,6 +445,20 @@ def list_subscripts(site: Site) -> Texts:
         if letter.isalpha():
             others = sorted({each for each in value if each.isalpha()} - {letter})
             yield from (repr(f"{value[:place]}{each}{value[place + 1 :]}") for each in others)
+
+
+def list_other_indices(site: Site) -> Texts:
+    """An element of an element with two of its indices exchanged: dM[k][i, j] for dM[i][k, j]."""
+    node, indices = site.node, list[ast.AST]()
+    while isinstance(node, ast.Subscript):
+        elements = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        indices += [each for each in elements if isinstance(each, ast.Name)]
+        node = node.value
+    is_nested = isinstance(getattr(site.node, "value", None), ast.Subscript)
+    for first, second in combinations(indices, 2) if is_nested and site.is_leaf else ():
+        texts = ast.unparse(first), ast.unparse(second)
+        if texts[0] != texts[1]:
+            yield write_exchanged(site, list(zip((first, second), texts[::-1], strict=True)))
 
 
 def list_diagonals(site: Site) -> Texts:

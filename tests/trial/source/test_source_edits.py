@@ -500,6 +500,25 @@ def make():
     assert [each.remedy for each in (answer.edits if answer else ())] == [remedy] * bool(remedy)
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong"), [("d[i][j, k]", "d[k][j, i]"), ("-(g + q[1]**2) / 2", "-(g + q[1]**2)")]
+)
+def test_exchanged_indices_and_half_of_a_sum_are_edits(tmp_path, right, wrong):
+    text = """
+import numpy as np
+
+def make():
+    d, g = [np.array([[0.3, 1.2], [0.8, -0.5]]), np.array([[1.1, 0.4], [-0.6, 0.9]])], 1.3
+    def lift(q):
+        return [sum(d[i][j, k] * q[k] for i in range(2) for k in range(2)) for j in range(2)]
+    def pull(q):
+        return [g * q[0], -(g + q[1]**2) / 2]
+    return {"lift": lift, "pull": pull}
+"""
+    (edit,) = search(tmp_path, text, (right, wrong)).edits
+    assert edit.new.replace(" ", "") in (right.replace(" ", ""), right[1:].replace(" ", ""))
+
+
 def test_an_edit_that_changes_the_sign_of_a_square_is_not_offered(tmp_path):
     text = """
 def make():
