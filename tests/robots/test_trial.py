@@ -119,6 +119,7 @@ def test_answers_that_are_no_part_are_refused_with_what_came(sliding, words):
 CODE = """\
 from types import SimpleNamespace
 from dataclasses import replace
+from numpy import sin
 from crosscheck.analytic.robot.model import AnalyticRobot
 
 def made(robot):

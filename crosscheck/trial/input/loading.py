@@ -20,6 +20,8 @@ from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any, get_args
 
+import numpy as np
+
 import crosscheck
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm
@@ -110,7 +112,8 @@ def _list_names(module: ModuleType, wanted: str = "") -> str:
 def _is_imported(value: Any, module: ModuleType) -> bool:
     """Whether a value of a module is another module, or a class or function of one."""
     is_named = isinstance(value, type | FunctionType | BuiltinFunctionType)
-    return isinstance(value, ModuleType) or (is_named and value.__module__ != module.__name__)
+    is_of_library = isinstance(value, ModuleType | np.ufunc)
+    return is_of_library or (is_named and value.__module__ != module.__name__)
 
 
 @contextmanager
