@@ -173,6 +173,17 @@ def _count_equal(old: Sequence[str], new: Sequence[str]) -> int:
     return next(differing, min(len(old), len(new)))
 
 
+def _narrow(start: str, removed: str, added: str, end: str) -> tuple[str, str, str, str]:
+    """A change of long text without what it leaves at both ends, up to a blank."""
+    if min(len(removed), len(added)) < VERY_LONG:
+        return start, removed, added, end
+    first = removed.rfind(" ", 0, _count_equal(removed, added)) + 1
+    equal = _count_equal(removed[first:][::-1], added[first:][::-1])
+    last = removed[::-1].rfind(" ", 0, equal) + 1
+    old, new = (text[first : len(text) - last] for text in (removed, added))
+    return start + removed[:first], old, new, removed[len(removed) - last :] + end
+
+
 def _is_balanced(text: str) -> bool:
     """Whether every bracket of a text is closed in it."""
     while (inner := re.sub(r"\(\)|\[\]|\{\}", "", re.sub(r"[^][(){}]", "", text))) != text:
@@ -215,7 +226,7 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     is_bare = not (start.rstrip().endswith("(") and end.lstrip().startswith(")"))
     needs_parentheses = isinstance(around, ast.expr) and _needs_parentheses(tree, edit, around)
     added = f"({new})" if is_bare and needs_parentheses else new
-    pieces, shown = (start, removed, added, end), added
+    pieces, shown = _narrow(start, removed, added, end), added
     # A part of an element says more with all of it; of several that are equal nobody knows which.
     while isinstance(around, ast.Subscript) or (
         before.count(old) > 1 and isinstance(around, ast.expr)

@@ -651,6 +651,20 @@ def test_numbers_of_the_file_are_solved_for_where_nothing_else_mends(
     assert answer.edits[0].remedy == remedy
 
 
+def test_a_change_of_a_long_line_is_marked_where_it_differs(tmp_path):
+    """A sum with two names exchanged throughout, of which most stays as it is."""
+    text = """
+def make():
+    a, b, s, c = 0.7, 1.9, 0.3, 1.1
+    def turn(q):
+        return [q[0]**2 + a * s * q[0] + b * c * q[1] + 0.25 * q[1]**2 + 1.5]
+    return {"turn": turn}
+"""
+    (edit,) = search(tmp_path, text, ("a * s * q[0] + b * c", "b * s * q[0] + a * c")).edits
+    assert (edit.removed, edit.added) == ("b * s * q[0] + a", "a * s * q[0] + b")
+    assert f"{edit.start}{edit.added}{edit.end}" in text
+
+
 def test_a_number_that_nobody_writes_is_no_answer(tmp_path):
     assert search(tmp_path, MATRICES, ("1.7 * e + e * e", "2.6 * np.exp(np.exp(e))")) is None
 
