@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache, partial, partialmethod
 from numbers import Real
 from typing import Any
@@ -79,24 +79,27 @@ def _substitute(
     *pairs: Any,
     **more: Any,
 ) -> Any:
-    """What SymPy's subs returns, of numbers for symbols by one replacement and not by one each."""
+    """What SymPy's subs returns, of numbers for symbols by one replacement and not by one each.
+
+    Of a list of pairs it is the sum of what summands become, unless sums are replaced.
+    """
     import sympy as sp
 
+    if len(pairs) == 1 and isinstance(pairs[0], Iterator):
+        pairs = ([*pairs[0]],)
     given = pairs[0] if len(pairs) == 1 else [pairs]
-    replaced = list(given) if isinstance(given, dict) else [next(iter(each)) for each in given]
-    if more or any(isinstance(each, str | sp.Add) for each in replaced):
-        return method(expression, *pairs, **more)
-    numbers = given if isinstance(given, dict) else {}
+    is_list = isinstance(given, list | tuple) and not more
+    if is_list and not any(isinstance(each[0], str | sp.Add) for each in given):
+        kept = pairs if pairs[1:] else (tuple(given),)
+        return _recall_summands(expression, method, recall, *kept)
+    numbers = given if isinstance(given, dict) and not more else {}
     is_plain = all(
         isinstance(symbol, sp.Symbol) and isinstance(number, Real | sp.Number)
         for symbol, number in numbers.items()
     )
-    if numbers and is_plain and not expression.has(sp.Derivative, sp.Integral, sp.Subs):
-        return expression.xreplace({symbol: sp.sympify(n) for symbol, n in numbers.items()})
-    kept = pairs if pairs[1:] else (tuple(given),)
-    if isinstance(given, dict):  # of which the order is SymPy's
-        return method(expression, *pairs)
-    return _recall_summands(expression, method, recall, *kept)
+    if not numbers or not is_plain or expression.has(sp.Derivative, sp.Integral, sp.Subs):
+        return method(expression, *pairs, **more)
+    return expression.xreplace({symbol: sp.sympify(n) for symbol, n in numbers.items()})
 
 
 def _return_expression(expression: Any, *options: object, **more: object) -> Any:

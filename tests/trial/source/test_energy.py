@@ -10,6 +10,7 @@ from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.testing import try_equations
 from crosscheck.trial.source.statements import select_statements
+from tests.processes import command_line
 from tests.robots import chains
 
 LAGRANGE = """
@@ -130,6 +131,33 @@ def test_statements_are_selected_that_change_what_is_used(statement, is_selected
     """Elements in a loop, and an object by a method whose result nobody uses."""
     body, names = ast.parse(statement).body, {"parts": [{}], "method": object()}
     assert bool(select_statements("mine.py", body, names, {"parts", "method"}, [])) == is_selected
+
+
+QUICKENED = """
+import sympy as sp
+from crosscheck.trial.source.libraries import quicken_libraries
+
+t, a, b = sp.symbols("t a b")
+x, y = sp.Function("x")(t), sp.Function("y")(t)
+s = a * sp.sin(x + y) ** 2 * (x.diff(t) + 3) + b * (y - x) * (x + 2) + a * b
+
+def ask():
+    rates = [(x.diff(t), b), (x, a), (y, a + b)]
+    return [
+        s.diff(t), s.diff(x), s.diff(a, 2), s.expand(), sp.expand(s, trig=True), s.subs(rates),
+        s.subs(zip([a, b], [1, 2])), s.subs(a, b), s.subs({a: 0.5, b: x}), s.subs({a: 1, b: 2}),
+        (a + b + x).subs(a + b, y), sp.Matrix([s, a]).subs(rates), sp.Matrix([s]).diff(x),
+    ]
+
+right = ask()
+quicken_libraries()
+for _ in range(2):
+    assert all(one.equals(other) for one, other in zip(ask(), right, strict=True))
+"""
+
+
+def test_what_sympy_returns_stays_as_it_is():
+    assert command_line(python=("-c", QUICKENED)).returncode == 0
 
 
 def test_equal_symbols_are_what_a_statement_makes():
