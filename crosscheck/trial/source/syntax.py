@@ -184,9 +184,13 @@ class SourceTree:
 
     def is_datum(self, node: ast.AST) -> bool:
         """Whether the statement of a node gives names numbers, and reads nothing."""
-        around = self.statement(node)
-        is_assignment = isinstance(around, ast.Assign | ast.AnnAssign)
-        return is_assignment and not any(map(self.is_leaf, ast.walk(around)))
+        return id(self.statement(node)) in self._data_statements
+
+    @cached_property
+    def _data_statements(self) -> set[int]:
+        """The identities of assignments that read nothing."""
+        assigned = (n for n in self.list_statements() if isinstance(n, ast.Assign | ast.AnnAssign))
+        return {id(node) for node in assigned if not any(map(self.is_leaf, ast.walk(node)))}
 
     def list_lines(self, node: ast.AST) -> range:
         """Numbers of the lines of a node's statement, of one with a body of its first line."""
