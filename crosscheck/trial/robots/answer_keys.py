@@ -172,7 +172,10 @@ def _make_answer_key(
 
 
 def _separate_weights(problem: RobotProblem) -> RobotProblem:
-    """The problem of equations whose weights are a part, and no summand of the force."""
+    """The problem of equations whose weights are a part, and no summand of the force.
+
+    Of the part's function and values it counts alone that there are any: right answers are asked.
+    """
     equations = replace(problem.equations, force=None, gravity=problem.equations.force)
     values = {**problem.answers.values, "gravity": problem.answers.values["force"]}
     del values["force"]

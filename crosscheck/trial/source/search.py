@@ -206,12 +206,12 @@ class EditSearch:
     def _is_stated(self, node: ast.AST) -> bool:
         """Whether it is a number as the file states it, which is right unless nothing else is."""
         value = node.value if isinstance(node, ast.Constant) else None
-        return isinstance(value, int | float) and self._get_test_of_numbers(node)(value)
+        return isinstance(value, int | float) and self._is_number_stated(node, value)
 
-    def _get_test_of_numbers(self, node: ast.AST) -> Callable[[float], bool]:
-        """The question whether the file states a number, which in formulas may be a factor too."""
+    def _is_number_stated(self, node: ast.AST, number: float) -> bool:
+        """Whether the file states a number of a node, which in formulas may be a factor."""
         key = self.answer_keys[0]
-        return key.has_number if self.tree.is_datum(node) else key.is_stated
+        return key.has_number(number) if self.tree.is_datum(node) else key.is_stated(number)
 
     def _is_promising(self, node: ast.AST, rank: int) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
@@ -292,7 +292,7 @@ class EditSearch:
         """
         for node, site in self._list_sites():
             text, start = read_literals(site) or ("", [])
-            is_stated = self._get_test_of_numbers(node)
+            is_stated = partial(self._is_number_stated, node)
             usual_rank = VECTOR_RANK if len(start) > 1 else LITERAL_RANK
             are_stated = bool(start) and all(map(is_stated, start))
             is_sought = start and rank == (STATED_RANK if are_stated else usual_rank)
@@ -451,7 +451,7 @@ class EditSearch:
         return growth <= max(usual, 0) and not is_negated
 
     def _count_new_names(self, edit: Edit) -> int:
-        """How many more names and elements a statement reads with an edit."""
+        """How many more names there are with an edit."""
 
         def count_names(node: ast.AST) -> int:
             return sum(isinstance(each, ast.Name) for each in ast.walk(node))

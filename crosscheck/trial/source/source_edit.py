@@ -174,7 +174,7 @@ def _count_equal(old: Sequence[str], new: Sequence[str]) -> int:
 
 
 def _narrow(start: str, removed: str, added: str, end: str) -> tuple[str, str, str, str]:
-    """A change of long text without what it leaves at both ends, up to a blank."""
+    """A change of long text without the ends that stay, cut at blanks."""
     if min(len(removed), len(added)) < VERY_LONG:
         return start, removed, added, end
     first = removed.rfind(" ", 0, _count_equal(removed, added)) + 1
