@@ -20,7 +20,6 @@ from crosscheck.trial.changes.arms.arm_numbers import (
     replace_numbers,
 )
 from crosscheck.trial.changes.arms.causes import build_probe_problems
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.checks import COMPARED
@@ -57,11 +56,8 @@ def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> Ans
     """The answers of the nearest level, the first, and of others of which the equations may be."""
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
 
-    def build(source: Any) -> Equations:
-        return build_equations(source, arm, scenario, problem.name)
-
     def bind(source: Any) -> Answer:
-        bound = bind_equations(build(source), arm, frame)
+        bound = bind_equations(build_equations(source, arm, scenario, problem.name), arm, frame)
         if not bound.has <= problem.has:
             raise BadAnswer("an error has become a part that is not judged")
         return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
@@ -69,11 +65,7 @@ def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> Ans
     right = {each: _ask_reference(problem, each) for each in levels}
     values = list_leaf_values(arm.model_dump(mode="json"))
     numbers = frozenset(each for each in values if isinstance(each, float))
-    weighed = None
-    if "force" in problem.has and not problem.has_gravity:
-        apart = replace(problem, has=problem.has - {"force"} | {"gravity"})
-        weighed = _make_answer_key(apart, levels)
-    return AnswerKey(bind, right, frame.names, numbers, build, weighed=weighed)
+    return AnswerKey(bind, right, frame.names, numbers)
 
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:

@@ -181,7 +181,12 @@ def build_robot_equations(
     A factory takes the robot, or nothing: no scenario is run. find_code: finds the source of an
     object that is named. Raises InputError for whatever is wrong with it.
     """
-    equations = extract_robot_equations(source, robot, where)
+    if _is_factory(source):
+        taken = _match_arguments(source, where, ("robot",))
+        answer = _call_factory(source, dict.fromkeys(taken, robot))
+        equations = extract_equations(answer, where, "returned")
+    else:
+        equations = extract_equations(source, where)
     if equations.symbolic is not None:
         from crosscheck.trial.input.symbolic import bind_to_robot  # sympy takes a while
 
@@ -190,15 +195,6 @@ def build_robot_equations(
         find_code = partial(find_object_code, source)
     equations = replace(equations, find_code=find_code) if find_code else equations
     return require_robot_equations(equations, where)
-
-
-def extract_robot_equations(source: Any, robot: Robot, where: str) -> Equations:
-    """The equations that a user supplied for a robot, of symbols if they are."""
-    if not _is_factory(source):
-        return extract_equations(source, where)
-    taken = _match_arguments(source, where, ("robot",))
-    answer = _call_factory(source, dict.fromkeys(taken, robot))
-    return extract_equations(answer, where, "returned")
 
 
 def _is_factory(source: Any) -> bool:

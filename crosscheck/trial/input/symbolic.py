@@ -154,15 +154,18 @@ def _split(
 ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     """Bias, the part of -forcing that is quadratic in v, and the rest, the force.
 
-    Raises InputError for a row that is not a polynomial in v.
+    Of a row that is no polynomial in v it is the part that is the same at opposite rates.
     """
     bias, force = [sp.Integer(0)] * len(forcing), [sp.Integer(0)] * len(forcing)
     for row, entry in enumerate(forcing):
         try:
             terms = sp.Poly(entry, *v).terms()
         except sp.PolynomialError:
-            reason = "is not a polynomial in v; give bias and force apart"
-            raise InputError(WHERE, f"forcing[{row}]", None, reason) from None
+            opposite = entry.xreplace({rate: -rate for rate in v})
+            rest = entry.xreplace(dict.fromkeys(v, sp.Integer(0)))
+            bias[row] = rest - (entry + opposite) / 2
+            force[row] = rest + (entry - opposite) / 2
+            continue
         for powers, factor in terms:
             term = factor * sp.prod([u**p for u, p in zip(v, powers, strict=True)])
             if sum(powers) == QUADRATIC:
@@ -279,7 +282,7 @@ def _make_function(
     """The function of a part. Raises InputError where M or bias depends on what it must not."""
     moving = (*bound.v, *bound.torque, bound.t)
     strange = {"mass_matrix": moving, "gravity": moving, "bias": (*bound.torque, bound.t)}
-    forbidden_symbols = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
+    forbidden_symbols = sorted(map(str, _list_symbols(matrix) & set(strange.get(name, ()))))
     if forbidden_symbols:
         allowed = "x and v alone" if name == "bias" else "x alone"
         reason = f"has {', '.join(forbidden_symbols)}; must be of {allowed}"
@@ -303,6 +306,14 @@ def _make_function(
     if not bound.torque:
         return lambda t, x, v: evaluate(t, x, v, ())
     return evaluate
+
+
+def _list_symbols(matrix: sp.ImmutableMatrix) -> set[sp.Symbol]:
+    """The symbols of a matrix, but for those of variations, which may depend on fewer."""
+    if not any(getattr(each, "is_variation", False) for each in matrix.atoms(sp.Function)):
+        return matrix.free_symbols
+    known = matrix.replace(lambda each: getattr(each, "is_variation", False), lambda *_: sp.S.Zero)
+    return known.free_symbols
 
 
 @lru_cache(maxsize=64)

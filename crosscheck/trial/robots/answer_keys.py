@@ -14,8 +14,7 @@ from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls
 from crosscheck.trial.input.calls import TAKES, call_part
-from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.input.loading import build_robot_equations, extract_robot_equations
+from crosscheck.trial.input.loading import build_robot_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import ARGUMENTS, NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
@@ -129,14 +128,6 @@ def _make_answer_key(
     pushed = states._replace(torques=states.torques + problem.friction[:FEW_STATES])
     by_name = dict(zip(ARGUMENTS, pushed, strict=True)) | {"t": np.zeros(FEW_STATES)}
 
-    def build(source: Any) -> Equations:
-        return extract_robot_equations(source, robot, problem.name)
-
-    def bind_symbols(equations: Equations) -> Equations:
-        from crosscheck.trial.input.symbolic import bind_to_robot  # sympy takes a while
-
-        return bind_to_robot(equations, robot)
-
     def bind(source: Any) -> Answer:
         made = build_robot_equations(source, robot, None, problem.name)
         given = problem.equations
@@ -165,21 +156,8 @@ def _make_answer_key(
     right = {
         str(each): _select_answers(problem, each, holds) for each in levels if each in problem.sizes
     }
-    weighed, numbers = None, frozenset((*_list_numbers(robot), *robot.gravity.tolist()))
-    if problem.equations.force is not None and "gravity" not in problem.answers.values:
-        weighed = _make_answer_key(_separate_weights(problem), level, robot, {})
-    return AnswerKey(bind, right, problem.names, numbers, build, bind_symbols, weighed)
-
-
-def _separate_weights(problem: RobotProblem) -> RobotProblem:
-    """The problem of equations whose weights are a part, and no summand of the force.
-
-    Of the part's function and values it counts alone that there are any: right answers are asked.
-    """
-    equations = replace(problem.equations, force=None, gravity=problem.equations.force)
-    values = {**problem.answers.values, "gravity": problem.answers.values["force"]}
-    del values["force"]
-    return replace(problem, equations=equations, answers=replace(problem.answers, values=values))
+    numbers = frozenset((*_list_numbers(robot), *robot.gravity.tolist()))
+    return AnswerKey(bind, right, problem.names, numbers)
 
 
 def _list_numbers(robot: Robot) -> Iterator[float]:

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.trial.input.equations import Equations
-
 Answer = Callable[[str, int], np.ndarray]  # of a part, at the state of a number
 Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
 EQUAL = 1e-9  # relative difference of numbers that are the same
@@ -107,11 +105,6 @@ class AnswerKey:
         levels: The right answers by level, that of the trial first.
         names: Of the coordinates.
         numbers: Those of the mechanism's file: what the code has in common with it is right.
-        build: Makes equations alone, of those that may have symbols. It raises what their code
-            raises.
-        bind_symbols: Makes functions of equations in symbols; None where they do so for an arm.
-        weighed: The key of equations whose weights are a part, where those of these are a summand
-            of the force.
         exchanged: Numbers of code that has them for the file's, with those of this mechanism.
         equal: Those of them that may stand for another: of several things, or a formula's too.
     """
@@ -120,9 +113,6 @@ class AnswerKey:
     levels: Mapping[str, LevelAnswers]
     names: Sequence[str]
     numbers: frozenset[float] = frozenset()
-    build: Callable[[Any], Equations] | None = None
-    bind_symbols: Callable[[Equations], Equations] | None = None
-    weighed: AnswerKey | None = None
     exchanged: Mapping[float, float] = field(default_factory=dict)
     equal: frozenset[float] = frozenset()
 

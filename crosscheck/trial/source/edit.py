@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+NONE = -1  # number that chooses no edit of several
+
 
 class Edit(NamedTuple):
     """An edit: other text in the place of a node, and perhaps of one more.

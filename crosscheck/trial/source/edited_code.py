@@ -4,7 +4,8 @@ Idea: an edit is compiled with the whole statement at the top that holds it, a c
 lines, which takes longer than to run it; and then the equations are made anew. So many edits share
 one compilation: where `a + b` may be `a - b` stands `a - b if number == 7 else a + b`. Difficulty:
 what ran while the equations were made, or is remembered from the first call, does not see another
-number. Remedy: equations are made anew for each edit of a line that ran then, or runs only once.
+number. Remedy: equations are made anew for each edit of a line that ran then, or runs only once;
+those that SymPy derives are made with a variation in the place of the edits.
 """
 
 from __future__ import annotations
@@ -12,20 +13,25 @@ from __future__ import annotations
 import ast
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from types import CodeType
 from typing import Any
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.derivation import HOOK, Derivation, Place, make_hook
+from crosscheck.trial.source.edit import NONE, Edit
 from crosscheck.trial.source.syntax import SourceTree
 
 NUMBERS = "_crosscheck_numbers"  # name by which edited code finds the numbers that choose
 COUNTER = "_crosscheck_counter"  # name by which it finds numbers that differ each time
-NONE = -1  # number that chooses no edit
+
+
+def _call(place: int, evaluate: Callable[[], Any]) -> Any:
+    return evaluate()
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,7 @@ class EditedCode:
 
     numbers: the list that the code reads; chosen: what it must hold for this edit; shared: the
     answers of equations that are made once for several edits, empty until then; None where each
-    edit needs its own.
+    edit needs its own; varied: those of equations with a variation that is the edit's.
     """
 
     code: UserCode
@@ -42,26 +48,37 @@ class EditedCode:
     chosen: Sequence[float] = ()
     numbers: list[float] = field(default_factory=list)
     shared: list[Answer] | None = None
+    varied: Callable[[Sequence[float]], Answer] | None = None
+
+    @property
+    def is_made_anew(self) -> bool:
+        """Whether equations are made for this edit alone."""
+        return self.shared is None and self.varied is None
 
     def bind(self, answer_key: AnswerKey) -> Answer:
         """The answers of equations made anew, each asked for once. Raises what the code raises."""
-        return cache(self._bind(answer_key))
+        return cache(self.make_answer(answer_key))
 
     def bind_shared(self, answer_key: AnswerKey) -> Answer:
         """The same of equations that are made once, where that is enough; of one answer key."""
+        if self.varied is not None:
+            return self.varied(self.chosen)
         if self.shared is None:
             return self.bind(answer_key)
         self.numbers[:] = self.chosen
         if not self.shared:
-            self.shared.append(self._bind(answer_key))
+            self.shared.append(self.make_answer(answer_key))
         return cache(self.shared[0])
 
-    def _bind(self, answer_key: AnswerKey) -> Answer:
+    def make_answer(
+        self, answer_key: AnswerKey, hook: Callable[[int, Callable[[], Any]], Any] = _call
+    ) -> Answer:
+        """The answers of equations made anew; hook: gets what places of a derivation evaluate."""
         self.numbers[:] = self.chosen
         compiled = self.compiled
         if answer_key.exchanged:
             compiled = [_exchange_constants(each, answer_key.exchanged) for each in compiled]
-        names = {NUMBERS: self.numbers, COUNTER: itertools.count()}
+        names = {NUMBERS: self.numbers, COUNTER: itertools.count(), HOOK: hook}
         return answer_key.bind(self.code.run(compiled, names))
 
 
@@ -103,9 +120,13 @@ class EditCompiler:
 
     def __init__(self, tree: SourceTree, compiled: Sequence[Any], repeated_lines: set[int]) -> None:
         self.tree, self.compiled, self.repeated_lines = tree, compiled, repeated_lines
+        self.derivation: Derivation | None = None
 
     def compile_each(self, edits: Sequence[Edit]) -> Iterator[tuple[Edit, EditedCode | None]]:
-        """Each edit with the code that has it, together where possible; None if it is no Python."""
+        """Each edit with the code that has it, together where possible; None if it is no Python.
+
+        Where equations are derived, nor if the expression has no value with it.
+        """
         joint = {}
         for number, edit in enumerate(edits):
             if isinstance(edit.node, ast.expr) and not edit.is_slice:
@@ -113,16 +134,55 @@ class EditCompiler:
                     joint[number] = edit.parse()
                 except SyntaxError:
                     continue
-        together = self._compile_together(edits, joint) if len(joint) > 1 else None
+        places = {number: place for number in joint if (place := self._find_place(edits[number]))}
+        together = None
+        if len(joint) > 1 or places:
+            together = self._compile_together(edits, joint, places)
         numbers, shared, unread = list[float](), list[Answer](), self.tree.unread_names
+        edited = EditedCode(self.tree.code, together or self.compiled, [NONE], numbers)
+        varied = self._vary(edited, places) if together else None
         for number, edit in enumerate(edits):
             if together is None or number not in joint:
                 yield edit, self.compile([edit])
+            elif varied is not None and number in places:
+                if number in varied:
+                    yield edit, replace(edited, chosen=[number], varied=varied[number])
             else:
                 # What nothing else reads another edit may have changed in place, and none sees it.
                 is_alone = unread and not unread.isdisjoint(_list_names(joint[number]))
                 sharing = shared if self.is_repeated(edit.node) and not is_alone else None
-                yield edit, EditedCode(self.tree.code, together, [number], numbers, sharing)
+                yield edit, replace(edited, chosen=[number], shared=sharing)
+
+    def _find_place(self, edit: Edit) -> Place | None:
+        """Where a derivation can be varied instead of making an edit."""
+        if self.derivation is None or self.is_repeated(edit.node):
+            return None
+        return self.derivation.find_place(edit.node)
+
+    def _vary(
+        self, edited: EditedCode, places: Mapping[int, Place]
+    ) -> dict[int, Callable[[Sequence[float]], Answer] | None] | None:
+        """The answers with each edit at a place, by its number; None where they are derived anew.
+
+        edited: the code with all edits, of which none is chosen.
+        """
+        if self.derivation is None or not places:
+            return None
+        choices = defaultdict[Place, list[int]](list)
+        for number, place in places.items():
+            choices[place].append(number)
+
+        def choose(number: int) -> None:
+            edited.numbers[:] = [number]
+
+        differences = self.derivation.record(edited.make_answer, choices, choose)
+        if differences is None:
+            return None
+        by_place = {
+            place: {n: differences[n] for n in numbers if n in differences}
+            for place, numbers in choices.items()
+        }
+        return self.derivation.vary(by_place, edited.make_answer)
 
     def compile(self, edits: Sequence[Edit]) -> EditedCode | None:
         """The code with all of some edits; None if it is no Python."""
@@ -136,17 +196,44 @@ class EditCompiler:
             for edit in edits:
                 self.tree.undo(edit)
 
-    def compile_gaps(self, node: ast.expr, text: str, count: int) -> EditedCode:
+    def compile_gaps(self, node: ast.expr, text: str, start: Sequence[float]) -> EditedCode:
         """The code with a text in place of an expression, whose gaps are numbers to be chosen.
 
-        Raises SyntaxError.
+        start: numbers with which it is the code as it is. Raises SyntaxError.
         """
-        gaps = (f"{NUMBERS}[{number}]" for number in range(count))
-        edited = self.compile([Edit((0, 0), node, text.format(*gaps))])
+        gaps = (f"{NUMBERS}[{number}]" for number in range(len(start)))
+        edit = Edit((0, 0), node, text.format(*gaps))
+        place = self._find_place(edit)
+        if place is not None:
+            return self._vary_gaps(edit, place, start)
+        edited = self.compile([edit])
         if edited is None:
             raise SyntaxError(text)
         shared = list[Answer]() if self.is_repeated(node) else None
         return EditedCode(edited.code, edited.compiled, [], [], shared)
+
+    def _vary_gaps(self, edit: Edit, place: Place, start: Sequence[float]) -> EditedCode:
+        """The same of a derivation, whose variation has symbols for the numbers."""
+        import sympy as sp
+
+        assert self.derivation is not None  # as there is a place
+        other = edit.parse()
+        assert isinstance(other, ast.expr)  # as the text of one is
+        edited = EditedCode(
+            self.tree.code, self._compile_with({id(edit.node): other}, [edit.node], [place]), start
+        )
+        symbols = [sp.Dummy() for _ in start]
+
+        def choose(number: int) -> None:
+            edited.numbers[:] = start if number == NONE else symbols
+
+        differences = self.derivation.record(edited.make_answer, {place: [0]}, choose)
+        if differences is None:
+            return edited
+        varied = self.derivation.vary({place: differences}, edited.make_answer, symbols)
+        if 0 not in varied:
+            raise SyntaxError(edit.text)
+        return replace(edited, varied=varied[0])
 
     def is_repeated(self, node: ast.AST) -> bool:
         """Whether an expression runs whenever the equations are asked, and not before."""
@@ -154,7 +241,10 @@ class EditCompiler:
         return bool(ran) and ran <= self.repeated_lines
 
     def _compile_together(
-        self, edits: Sequence[Edit], joint: dict[int, ast.expr | ast.stmt]
+        self,
+        edits: Sequence[Edit],
+        joint: dict[int, ast.expr | ast.stmt],
+        places: Mapping[int, Place],
     ) -> list[Any] | None:
         """The code with a choice of edits at each place; None where a choice cannot stand."""
         choices = dict[int, ast.expr]()
@@ -168,13 +258,23 @@ class EditCompiler:
                 ast.IfExp(_parse_choice(number), other, before), node
             )
         try:
-            for key, choice in choices.items():
-                self.tree.put(nodes[key], choice)
-            return self._compile(list(nodes.values()))
+            return self._compile_with(choices, list(nodes.values()), places.values())
         except (SyntaxError, ValueError, TypeError):
             return None
+
+    def _compile_with(
+        self, others: Mapping[int, ast.expr], nodes: Sequence[ast.AST], places: Iterable[Place]
+    ) -> list[Any]:
+        """The code with others of its nodes, by their identity, and hooks around places."""
+        hooked = {id(place.node): place.node for place in places}
+        try:
+            for node in nodes:
+                self.tree.put(node, others[id(node)])
+            for key, node in hooked.items():
+                self.tree.put(node, make_hook(node, others.get(key, node)))
+            return self._compile([*nodes, *hooked.values()])
         finally:
-            for node in nodes.values():
+            for node in (*nodes, *hooked.values()):
                 self.tree.put(node, node)
 
     def _compile(self, changed: Sequence[ast.AST]) -> list[Any]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,12 +37,18 @@ class LambdifiedExpression:
         write: What lets SymPy write the function.
         arguments: Symbols, functions of time, or lists or matrices of these.
         expression: An expression, a matrix, or a list of these.
+        values: Those of symbols that are no arguments.
     """
 
     def __init__(
-        self, write: Callable[[], Callable[..., Any]], arguments: Sequence[Any], expression: Any
+        self,
+        write: Callable[[], Callable[..., Any]],
+        arguments: Sequence[Any],
+        expression: Any,
+        values: Mapping[Any, float],
     ) -> None:
         self.write, self.arguments, self.expression = write, arguments, expression
+        self.values = values
         self.walks = 0
         self.written: Callable[..., Any] | None = None
         self.__signature__ = inspect.Signature(_list_parameters(arguments))
@@ -52,7 +58,8 @@ class LambdifiedExpression:
         self.walks += 1
         if self.written is None and self.walks <= MOST_WALKS and not named:
             try:
-                return evaluate(self.expression, dict(_list_pairs(self.arguments, values)))
+                known = {**self.values, **dict(_list_pairs(self.arguments, values))}
+                return evaluate(self.expression, known)
             except (Unwalkable, TypeError, ValueError):  # SymPy's function may know better
                 pass
         self.written = self.written or self.write()

@@ -15,7 +15,8 @@ import numpy as np
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry, LevelAnswers
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edited_code import NONE, EditedCode, list_constants
+from crosscheck.trial.source.edit import NONE
+from crosscheck.trial.source.edited_code import EditedCode, list_constants
 from crosscheck.trial.source.sandbox import limit_processor_time
 
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take

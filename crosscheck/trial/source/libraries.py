@@ -114,11 +114,19 @@ def _lambdify(
     **more: Any,
 ) -> Callable[..., Any]:
     """What SymPy's lambdify returns, of parameters that are called as there."""
-    write_here = partial(write, args, expr, modules, **more)
+    from crosscheck.trial.source.variations import Variation, compute_variation
+
     listed = args if isinstance(args, list | tuple) else [args]
     if modules not in LIBRARIES:
-        return write_here()
-    return LambdifiedExpression(write_here, listed, expr)
+        return write(args, expr, modules, **more)
+    values = Variation.list_unknown(expr, listed)
+    written = expr
+    if values:
+        is_list = isinstance(expr, list | tuple)
+        written = [each.xreplace(values) for each in expr] if is_list else expr.xreplace(values)
+    functions = [{Variation.__name__: compute_variation}, "numpy"]
+    write_here = partial(write, args, written, functions, **more)
+    return LambdifiedExpression(write_here, listed, expr, values)
 
 
 def cross_vectors(a: Any, b: Any, *options: Any, **more: Any) -> Any:

@@ -16,6 +16,7 @@ import ast
 import copy
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, cached_property, partial
@@ -28,10 +29,10 @@ import numpy as np
 from crosscheck.trial.source.answer_key import EQUAL, USUAL_FACTORS, Answer, AnswerKey
 from crosscheck.trial.source.changes import is_fraction
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.derivation import Derivation, Run
+from crosscheck.trial.source.edit import NONE, Edit
 from crosscheck.trial.source.edited_code import COUNTER, EditCompiler, EditedCode
 from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
-from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import EditVerdict, Response, SourceJudge, Wrong
 from crosscheck.trial.source.pairs import list_additive_pairs
 from crosscheck.trial.source.site import Site, write_operand
@@ -60,6 +61,8 @@ MOST_ALTERNATIVES = 2
 MOST_PAIRS = 60  # pairs with the right sum that are judged
 PAIRS_S = 4.0  # [s] of processor time, of their judging
 MOST_COMPILED = 64  # edits that share a compilation
+MOST_VARIED = 512  # those of a derivation, whose differences are worked out in one run
+DEFERRED_S = 1.0  # [s] of processor time, after each rank, of edits that are derived anew
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 
 
@@ -103,25 +106,21 @@ class EditSearch:
     Args:
         code: The source.
         answer_keys: What it must answer.
-        whole: The search of all of the code, where it is what leads to its energies.
     """
 
-    def __init__(
-        self, code: UserCode, answer_keys: Sequence[AnswerKey], whole: EditSearch | None = None
-    ) -> None:
-        self.begun_s, self.whole = time.process_time(), whole
+    def __init__(self, code: UserCode, answer_keys: Sequence[AnswerKey]) -> None:
+        self.begun_s = time.process_time()
         self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending, self.effects = list[MendingEdit](), list[EditEffect]()
-        self.energy_search: EditSearch | None = None
-        self.budget_s = BUDGET_S
+        self.pairs = set[frozenset[int]]()  # of edits, by identity, that are judged together
+        self.budget_s = DERIVING_BUDGET_S if self.judge.making_s > DERIVING_S else BUDGET_S
+        self.deferred = deque[tuple[Edit, EditedCode]]()
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
-        self.responses = {} if self.judge.is_slow else self._measure_responses()
-        self.energies = self._find_energies() if whole is None else None
-        if self.energies or whole or self.judge.making_s > DERIVING_S:
-            self.budget_s = DERIVING_BUDGET_S
-        self.energy_search = self._make_energy_search()
+        self.compiler.derivation = self._find_derivation()
+        is_quick = self.compiler.derivation is not None or not self.judge.is_slow
+        self.responses = self._measure_responses() if is_quick else {}
 
     def _observe(self) -> set[int]:
         """See what runs and what names are meanwhile: lines that run whenever parts are asked."""
@@ -133,23 +132,19 @@ class EditSearch:
             return set()
         return list_run_lines(self.code.file, lambda: judge.ask(answers[0])) - made
 
-    def _find_energies(self) -> Energies | None:
-        """Find the energies from which SymPy derives the equations, if it does."""
-        build = self.answer_keys[0].build
-        if build is None or sys.modules.get("sympy") is None:
+    def _find_derivation(self) -> Derivation | None:
+        """The derivation by SymPy in which edits are judged; None without any that takes long."""
+        if self.judge.making_s < DERIVING_S or sys.modules.get("sympy") is None:
             return None
-        equations = build(self.code.run(self.judge.compiled))
-        return find_energies(self.tree, equations, self.answer_keys[0].bind_symbols)
 
-    def _make_energy_search(self) -> EditSearch | None:
-        """The search of the code of the energies; None without any, or if they are right."""
-        if self.energies is None:
+        def compile_tree() -> Run:
+            compiled = [self.code.compile(each) for each in self.code.statements]
+            return EditedCode(self.code, compiled, [NONE]).make_answer
+
+        try:
+            return Derivation(self.tree, self.answer_keys[0], self.judge.making_s, compile_tree)
+        except Exception:  # whatever the code raises where its expressions are seen
             return None
-        # Other forces than the weights keep their numbers.
-        keys = [each for each in self.answer_keys if not each.exchanged]
-        answer_keys = [each.weighed or each for each in keys]
-        search = EditSearch(self.energies.code, answer_keys, self)
-        return search if search.judge.states else None
 
     @property
     def answers(self) -> list[MendingEdit]:
@@ -157,14 +152,24 @@ class EditSearch:
         return [each for each in self._list_right() if each.level == self.judge.level]
 
     def _list_right(self) -> list[MendingEdit]:
-        """The edits that make all right, at any level, the likeliest first."""
-        return sorted((each for each in self.mending if not each.wrong), key=get_badness)
+        """The edits that make all right, at any level, the likeliest first.
+
+        Of a rank those in the least words: on unequal numbers they all say the same.
+        """
+        is_unequal = self.judge.is_unequal
+
+        def rate(each: MendingEdit) -> tuple[int, int, int]:
+            return (
+                each.edit.rank,
+                self._count_new_names(each.edit) if is_unequal else 0,
+                each.edit.likelihood[1],
+            )
+
+        return sorted((each for each in self.mending if not each.wrong), key=rate)
 
     @property
     def is_late(self) -> bool:
         """Whether there is no time left."""
-        if self.energy_search is not None:
-            return self.energy_search.is_late
         return time.process_time() - self.begun_s > self.budget_s
 
     @property
@@ -179,9 +184,6 @@ class EditSearch:
         """
         if not self.judge.states:
             return
-        if self.energy_search is not None:
-            self.energy_search.try_rank(rank, is_likely=is_likely)
-            return
         edits = list_edits(
             self.tree, rank, lambda node: self._is_promising(node, rank) == is_likely
         )
@@ -192,6 +194,7 @@ class EditSearch:
         )
         if rank == RANKS[0] and is_likely:
             self._judge_edits(self._list_file_numbers())
+        self._judge_deferred(is_last=(rank, is_likely) == (RANKS[-1], False))
         if rank == LITERAL_RANK and not is_likely:
             self._judge_edits(self._list_file_numbers(are_stated=True))
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
@@ -202,6 +205,12 @@ class EditSearch:
         }
         if rank in solved and not is_likely and not self.answers:
             self._judge_edits(solved[rank]())
+
+    def _judge_deferred(self, *, is_last: bool) -> None:
+        """Judge edits for which equations are derived anew: for a while, or after all others."""
+        last_s = time.process_time() + (self.budget_s if is_last else DEFERRED_S)
+        while self.deferred and not self.is_late and time.process_time() < last_s:
+            self._judge_compiled([self.deferred.popleft()])
 
     def _is_stated(self, node: ast.AST) -> bool:
         """Whether it is a number as the file states it, which is right unless nothing else is."""
@@ -220,11 +229,9 @@ class EditSearch:
         wherever the rest is right. Statements may bring anything in, and slow code is not measured:
         both may mend all.
         """
-        if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
-            return None  # they are right
         is_formula = not self.tree.is_datum(node)  # where people err more often
         above: ast.AST | None = node
-        while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
+        while isinstance(above, ast.expr | ast.Slice) and self.responses:
             response = self.responses.get(id(above))
             if response is not None:
                 is_harmless = rank >= ADDING_RANK or not response.moves_right
@@ -267,8 +274,13 @@ class EditSearch:
         what these are made of: a list or an array that it takes for one of its own.
         """
         remaining = iter(edits)
-        while batch := list(islice(remaining, MOST_COMPILED)):
+        is_derived = self.compiler.derivation is not None
+        while batch := list(islice(remaining, MOST_VARIED if is_derived else MOST_COMPILED)):
             compiled = list(self.compiler.compile_each(batch))
+            if is_derived:
+                anew = [(edit, each) for edit, each in compiled if each and each.is_made_anew]
+                self.deferred += anew
+                compiled = [(edit, each) for edit, each in compiled if (edit, each) not in anew]
             yield from self._list_in_time(compiled)
             sharing = [(edit, each) for edit, each in compiled if each and each.shared]
             if sharing and not self.judge.is_intact(sharing[0][1]):
@@ -360,7 +372,7 @@ class EditSearch:
             return solve_numbers(compute_residual, np.array(start))
 
         try:
-            edited = self.compiler.compile_gaps(node, text, len(start))
+            edited = self.compiler.compile_gaps(node, text, start)
             whole = solve_parts(range(count))
             is_open = whole is None and count > 1
             singles = [solve_parts([part]) for part in range(count)] if is_open else []
@@ -369,11 +381,11 @@ class EditSearch:
         return [values.tolist() for values in (whole, *singles) if values is not None]
 
     def _judge_edits(self, edits: Iterable[Edit]) -> None:
-        """Judge edits and keep those that mend anything; of energies until one makes all right.
+        """Judge edits and keep those that mend anything."""
+        self._judge_compiled(self._compile_batches(edits))
 
-        What makes M and weights of energies right may be no energy: that is judged on the whole.
-        """
-        for edit, edited in self._compile_batches(edits):
+    def _judge_compiled(self, compiled: Iterable[tuple[Edit, EditedCode]]) -> None:
+        for edit, edited in compiled:
             verdict = self._judge(edited)
             if verdict is None:
                 continue
@@ -384,10 +396,6 @@ class EditSearch:
             # Where the code takes its numbers from the mechanism, what fits this alone is chance.
             if not (self.judge.is_certain and mending.wrong and mending.is_right_here):
                 self.mending.append(mending)
-            if self.whole is not None and mending.level == self.judge.level and not mending.wrong:
-                self.whole._judge_edits([edit])
-                if self.whole.answers:
-                    return
 
     def _judge(self, edited: EditedCode) -> EditVerdict | None:
         """What edited code mends; None if it fails."""
@@ -412,17 +420,13 @@ class EditSearch:
         return len(self.texts) > count
 
     def _find_pair(self) -> list[MendingEdit]:
-        """Two edits that together make all right, each of which mends what the other does not.
-
-        Of energies those that do so there are judged on the whole.
-        """
-        if self.energy_search is not None:
-            of_energies = self.energy_search._find_pair()
-            both = self._judge_pair([each.edit for each in of_energies]) if of_energies else None
-            return [] if both is None or both.wrong else of_energies
+        """Two edits that together make all right, each of which mends what the other does not."""
         for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
-            if len(statements) > 1 and not pair[0].wrong & pair[1].wrong:
+            is_apart = len(statements) > 1 and not pair[0].wrong & pair[1].wrong
+            key = frozenset(id(each.edit) for each in pair)
+            if is_apart and key not in self.pairs:  # which are asked for after each rank
+                self.pairs.add(key)
                 both = self._judge_pair([each.edit for each in pair])
                 if both is not None and not both.wrong:
                     return sorted(pair, key=lambda each: each.edit.node.lineno)
@@ -461,13 +465,8 @@ class EditSearch:
     @cached_property
     def pair(self) -> MendingPair | None:
         """Two edits that make all right and whose effects add up; None without any."""
-        if self.energy_search is not None:
-            pair = self.energy_search.pair
-            pairs = iter([] if pair is None else [pair.edits])
-        else:
-            pairs = islice(self._list_additive_pairs(), MOST_PAIRS)
         last_s = time.process_time() + PAIRS_S
-        for edits in pairs:
+        for edits in islice(self._list_additive_pairs(), MOST_PAIRS):
             mending = self._judge_pair(edits)
             if mending is not None and not mending.wrong:
                 return MendingPair(edits, mending.level)
@@ -510,8 +509,7 @@ class EditSearch:
             return self._make_answer(edits, is_unequal)
         if pair := self._find_pair():
             others = [] if is_unequal else self._list_equivalents(pair)
-            describe = (self.energy_search or self)._describe
-            described, alternatives = (tuple(map(describe, each)) for each in (pair, others))
+            described, alternatives = (tuple(map(self._describe, each)) for each in (pair, others))
             return SourceAnswer(described, alternatives, is_unequal=is_unequal)
         right_here = [each for each in self.mending if each.is_right_here]
         telling = right_here or [each for each in self.mending if self._mends_much(each)]

@@ -109,7 +109,7 @@ MATRIX = sp.Matrix([[sp.sin(x) ** 2 / 3, sp.pi * y], [sp.sqrt(x + y), -x * sp.Ra
 def test_walked_expressions_have_the_values_of_the_function_that_sympy_writes(expression):
     """The last is none that is walked; after many calls the function is written in any case."""
     write = sp.lambdify([x, [y]], expression)
-    mine, other = (LambdifiedExpression(lambda: write, [x, [y]], expression) for _ in range(2))
+    mine, other = (LambdifiedExpression(lambda: write, [x, [y]], expression, {}) for _ in range(2))
     for _ in range(MOST_WALKS + 1):
         for value, right in zip(mine(0.7, [0.4]), write(0.7, [0.4]), strict=True):
             np.testing.assert_allclose(value, right, rtol=1e-15)  # the order of sums differs
