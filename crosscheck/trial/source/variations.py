@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, NamedTuple
 
 import sympy as sp
+from sympy.utilities.iterables import flatten
 
 from crosscheck.trial.source.expressions import FUNCTIONS, evaluate
 
@@ -56,9 +57,14 @@ class Variation(sp.Function):
         A difference depends on fewer variables than its variation does.
         """
         listed = expression if isinstance(expression, list | tuple) else [expression]
-        formulas = [each for each in map(sp.sympify, listed) if hasattr(each, "has")]
-        symbols = set[sp.Symbol]().union(*(e.free_symbols for e in formulas if e.has(cls)))
-        return dict.fromkeys(symbols - sp.Tuple(*arguments).free_symbols, sp.nan)
+        varied = [
+            each for each in map(sp.sympify, listed) if hasattr(each, "has") and each.has(cls)
+        ]
+        if not varied:
+            return {}
+        given = (each.free_symbols for each in flatten(arguments))
+        symbols = set[sp.Symbol]().union(*(each.free_symbols for each in varied))
+        return dict.fromkeys(symbols.difference(*given), sp.nan)
 
     def _eval_derivative(self, symbol: sp.Expr) -> sp.Expr:
         number, *variables = self.args
