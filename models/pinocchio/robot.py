@@ -210,6 +210,12 @@ class PinocchioRobot(RobotModel):
         left -= self._holding_torques(self._tree, configurations, v)
         return np.linalg.solve(self._mass_matrix_at(configurations), left[:, :, None])[:, :, 0]
 
+    def acceleration(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """The same, times (states,) first."""
+        return self.forward_dynamics(q, v, torques, t)
+
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic energy and that of the weights (states,) [J], by Pinocchio's own functions.
 

@@ -52,6 +52,20 @@ class RobotModel(ABC):
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors, meshes' forces and friction (states, n)."""
 
+    def acceleration(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """The same at times t (states,) [s], on which meshes' laws of an engine may depend."""
+        return self.forward_dynamics(q, v, torques)
+
+    def generalized_force(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """Torques of motors, meshes, friction and weights at times t [s], M a + bias (states, n)."""
+        accelerations = self.acceleration(t, q, v, torques)
+        inertial: np.ndarray = (self.mass_matrix(q) @ accelerations[:, :, None])[:, :, 0]
+        return inertial + self.bias(q, v)
+
     @abstractmethod
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic energy and that of the weights (states,) [J], which is 0 at the base's origin."""
