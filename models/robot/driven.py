@@ -1,4 +1,4 @@
-"""A robot's model under the drive of an experiment: what is asked of it is what a Model is asked."""
+"""A robot's model under the drive of an experiment: it is asked what every Model is asked."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class RobotModel(ABC):
     def generalized_force(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
     ) -> np.ndarray:
-        """Torques of motors, meshes, friction and weights at times t [s], M a + bias (states, n)."""
+        """M a + bias (states, n), of motors, meshes, friction and weights at times t [s]."""
         accelerations = self.acceleration(t, q, v, torques)
         inertial: np.ndarray = (self.mass_matrix(q) @ accelerations[:, :, None])[:, :, 0]
         return inertial + self.bias(q, v)

@@ -143,7 +143,7 @@ def _call_function(
     answers: dict[str, list[float]] = {name: [] for name in quantity.returns}
     for place, case in enumerate(cases):
         single = {name: values[..., place] for name, values in runs.items()}
-        run = supply("make_member_run", case.mechanism.section)(case, time, single)
+        run = case.make_run(time, single)
         is_finite = np.isfinite(run["theta"].values).all()
         function_numbers = call_function(quantity, source, run) if is_finite else {}
         for name, numbers in answers.items():

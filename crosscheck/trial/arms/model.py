@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from crosscheck.checks.scales import geared_joints
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data, torques_at
 from crosscheck.models.experiment.integration import integrate_scenario
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.signal_map import map_arm
 from crosscheck.models.trajectory import recorded_times, trajectory
 from crosscheck.registry import Entry, build, find_level_models, reference_model
 from crosscheck.trial.coordinates.build import build_frame
@@ -95,25 +95,12 @@ class SuppliedModel(Model):
 
     def _make_trajectory(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
         """The trajectory through states (times, n)."""
-        theta = self.layout.theta
         moments = list(zip(time, qs, vs, strict=True))
-        variables = {
-            "theta": qs[:, theta],
-            "theta_dot": vs[:, theta],
-            "theta_ddot": np.array([self.acceleration(*moment)[theta] for moment in moments]),
-            "torque": np.array([self.torques(*moment) for moment in moments]),
-            "kinetic_energy": np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments]),
-        }
-        planets = [joint.planet_count for joint in self.arm.joints]
-        for mesh in MESHES if self.layout.mesh_joints else ():
-            # (joints, planets, n) of the displacements; NaN where there is no planet.
-            rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)
-            for number, _ in geared_joints(self.arm):
-                for planet in range(planets[number]):
-                    rows[number, planet] = self.layout.displacement(mesh, number, planet)
-            for name, values in ((mesh, qs), (f"{mesh}_dot", vs)):
-                variables[name] = np.moveaxis(rows @ values.T, -1, 0)
-        return trajectory(self, time, **variables)
+        accelerations = np.array([self.acceleration(*moment) for moment in moments])
+        energy = np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments])
+        signals = map_arm(self.arm, self.layout, is_whole=True)
+        variables = signals.record_run(self.drive, time, (qs, vs, accelerations))
+        return trajectory(self, time, **variables, kinetic_energy=energy)
 
 
 def _build_reference(supplied: SuppliedModel) -> Model:

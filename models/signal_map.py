@@ -1,0 +1,173 @@
+"""What the signals of a run are of its coordinates and its meshes' forces: of arms and robots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import MESHES, Layout, Meaning
+from crosscheck.models.experiment.drive import DriveData, torques_along
+from crosscheck.models.robot.robot import JointStage, Level, Robot
+
+FORCES = "F_sp", "F_pr"
+
+
+@dataclass(frozen=True)
+class SignalMap:
+    """Rows that give the signals of joints and meshes.
+
+    joints (joints, n), offsets (joints,): of all joints that move, by the coordinates; free: the
+    numbers of those that follow no other. meshes: x_sp and x_pr of planets (joints, planets, n) and
+    x_mesh of rotors (joints, n); elastic forces F_sp, F_pr and F_mesh, by those of the model's
+    meshes in place of coordinates; NaN where a joint has none.
+    """
+
+    joints: np.ndarray
+    offsets: np.ndarray
+    free: Sequence[int]
+    meshes: dict[str, np.ndarray]
+
+    def read(self, name: str, x: np.ndarray) -> np.ndarray:
+        """A signal (records, joints, [planets,] members), without offsets.
+
+        x (records, n, members): coordinates, their rates or accelerations, or forces of meshes.
+        """
+        rows = self.joints if name == "theta" else self.meshes[name]
+        values = rows.reshape(-1, rows.shape[-1]) @ x
+        return values.reshape(len(x), *rows.shape[:-1], x.shape[2])
+
+    def find_torques(
+        self, drive: DriveData, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
+    ) -> np.ndarray:
+        """Driving torques (times, joints) [N m], [N], of angles and rates; 0 of followers."""
+        torques, free = np.zeros_like(theta), list(self.free)
+        torques[:, free] = torques_along(drive, time, theta[:, free], theta_dot[:, free])
+        return torques
+
+    def record_run(
+        self,
+        drive: DriveData,
+        time: np.ndarray,
+        motion: tuple[np.ndarray, np.ndarray, np.ndarray],
+        forces: np.ndarray | None = None,
+    ) -> dict[str, np.ndarray]:
+        """The signals of one run by name, over time (times,) [s].
+
+        motion: coordinates, rates and accelerations (times, n); forces (times, meshes) [N]: where
+        the model has them.
+        """
+        q, v, a = motion
+
+        def read(name: str, x: np.ndarray) -> np.ndarray:
+            return np.moveaxis(self.read(name, x.T[np.newaxis])[0], -1, 0).copy()
+
+        theta, theta_dot = read("theta", q) + self.offsets, read("theta", v)
+        signals = {"theta": theta, "theta_dot": theta_dot, "theta_ddot": read("theta", a)}
+        signals["torque"] = self.find_torques(drive, time, theta, theta_dot)
+        there = [name for name, rows in self.meshes.items() if not np.isnan(rows).all()]
+        for name in there:
+            if name.startswith("x"):
+                signals |= {name: read(name, q), f"{name}_dot": read(name, v)}
+            elif forces is not None:
+                signals[name] = read(name, forces)
+        return signals
+
+
+class MeshedStage(NamedTuple):
+    """A planetary stage whose meshes have coordinates.
+
+    planets: how many of them have signals, and forced: how many forces of their own at sun and
+    ring, one for all or each; displacement: the row (n,) of a planet's mesh.
+    """
+
+    joint: int
+    planets: int
+    forced: int
+    displacement: Callable[..., np.ndarray]
+
+
+def map_arm(arm: Arm, layout: Layout, *, is_whole: bool) -> SignalMap:
+    """The signals of an arm in a layout, whose forces are those of ``Gears``.
+
+    is_whole: whether all planets have signals, or one has that stands for all where they are alike.
+    """
+    joints = len(arm.joints)
+    stages = []
+    for joint in layout.mesh_joints:
+        count = arm.joints[joint].planet_count
+        forced = count if layout.free else 1
+        row = partial(layout.displacement, joint=joint)
+        stages.append(MeshedStage(joint, count if is_whole else forced, forced, row))
+    rows = np.eye(len(layout))[layout.theta]
+    return SignalMap(rows, np.zeros(joints), range(joints), _map_meshes(stages, rows.shape))
+
+
+def map_robot(robot: Robot, level: Level, labels: Sequence[int] | None = None) -> SignalMap:
+    """The signals of a robot at a level, in the robot's coordinates.
+
+    labels: of all joints, by which a kernel sorts stages; planets that move as one have one signal
+    there, unless others are free, and one force. Else all planets have, stage by stage.
+    """
+    factors, offsets = robot.joint_map
+    is_geared = level == "geared"
+    springs = np.zeros((len(factors), robot.mesh_coordinates if is_geared else 0))
+    rows = np.hstack([factors, springs])
+    placed = list(zip(robot.stages, robot.stage_columns, strict=True)) if is_geared else []
+    if labels is not None:
+        placed.sort(key=lambda each: labels[each[0].joint])
+    is_whole = labels is None or any(stage.has_free_planets for stage, _ in placed)
+    stages = []
+    for stage, columns in placed:
+        count, groups = stage.gears.planet_count, len(stage.groups)
+        row = partial(_place_row, stage, columns, rows.shape[1])
+        planets = count if is_whole else groups
+        stages.append(MeshedStage(stage.joint, planets, count if labels is None else groups, row))
+    rotors = [rotor.joint for rotor, _ in robot.meshes if is_geared]
+    meshes = _map_meshes(stages, rows.shape, rotors, factors.shape[1])
+    return SignalMap(rows, offsets, robot.coordinates, meshes)
+
+
+def _place_row(
+    stage: JointStage, columns: slice, size: int, *, mesh: Meaning, planet: int
+) -> np.ndarray:
+    """The row (size,) of a planet's mesh by all coordinates, those of its stage at columns."""
+    row = np.zeros(size)
+    row[columns] = stage.displacement(mesh, planet)
+    return row
+
+
+def _map_meshes(
+    stages: Sequence[MeshedStage],
+    shape: tuple[int, ...],
+    rotors: Sequence[int] = (),
+    first: int = 0,
+) -> dict[str, np.ndarray]:
+    """Rows of meshes by the names of signals; shape: (joints, n).
+
+    rotors: joints of rotors that have a mesh, first: the place of the first one's coordinate.
+    Forces are those of rotors, then of planet after planet with sun and ring.
+    """
+    joints, size = shape
+    planets = max((stage.planets for stage in stages), default=0)
+    forces = len(rotors) + 2 * sum(stage.forced for stage in stages)
+    x, force = np.eye(size), np.eye(forces)
+    rows: dict[str, np.ndarray] = {"x_mesh": np.full(shape, np.nan)}
+    rows |= {name: np.full((joints, planets, size), np.nan) for name in MESHES}
+    rows |= {name: np.full((joints, planets, forces), np.nan) for name in FORCES}
+    rows["F_mesh"] = np.full((joints, forces), np.nan)
+    for place, joint in enumerate(rotors):
+        rows["x_mesh"][joint], rows["F_mesh"][joint] = x[first + place], force[place]
+    place = len(rotors)
+    for stage in stages:
+        for planet in range(stage.planets):
+            own = place + 2 * (planet if stage.forced > 1 else 0)
+            for side, name in enumerate(MESHES):
+                rows[name][stage.joint, planet] = stage.displacement(mesh=name, planet=planet)
+                rows[FORCES[side]][stage.joint, planet] = force[own + side]
+        place += 2 * stage.forced
+    return rows
