@@ -165,9 +165,9 @@ def _map_meshes(
     place = len(rotors)
     for stage in stages:
         for planet in range(stage.planets):
-            own = place + 2 * (planet if stage.forced > 1 else 0)
+            first_force = place + 2 * (planet if stage.forced > 1 else 0)
             for side, name in enumerate(MESHES):
                 rows[name][stage.joint, planet] = stage.displacement(mesh=name, planet=planet)
-                rows[FORCES[side]][stage.joint, planet] = force[own + side]
+                rows[FORCES[side]][stage.joint, planet] = force[first_force + side]
         place += 2 * stage.forced
     return rows
