@@ -43,7 +43,7 @@ from crosscheck.trial.coordinates.differences import (
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states, stack_states
-from crosscheck.trial.input.calls import LOADS, TAKES, describe_failure
+from crosscheck.trial.input.calls import LOADS, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import COMPARED
@@ -189,7 +189,7 @@ Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 def _ask_part(part: str, source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     given = {"t": state.t, "x": state.x, "v": state.u, "torque": state.torque}
-    return getattr(source, part)(*(given[name] for name in TAKES[part]))
+    return source.answer(part, given)
 
 
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -317,6 +317,11 @@ class VerificationProblem:
         return build_frame(self.equations.coordinates, self.case.arm)
 
     @cached_property
+    def bound(self) -> SuppliedEquations:
+        """The equations on the user's arm. Raises InputError."""
+        return bind_equations(self.equations, self.case.arm, self.frame)
+
+    @cached_property
     def states(self) -> tuple[UserState, ...]:
         """The states at which everything is asked: random ones, then corners of mesh laws."""
         return draw_states(self.frame, self.case, self.count, self.seed)
@@ -405,7 +410,7 @@ def ask_functions(
 
     Raises InputError for an answer that cannot be used, and where all parts raise the same.
     """
-    parts = list_given_parts(problem)
+    parts = sorted(problem.bound.given)
     tasks = {part: problem.ask_equations(PART_OF.get(part, part)) for part in parts}
     results = run_tasks(workers, list(dict.fromkeys(tasks.values())), progress)
     failed_parts = dict[str, Failure]()
@@ -439,7 +444,7 @@ def skip_dependent_tasks(
     problem: VerificationProblem, tasks: Iterable[ModelTask], failed_parts: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
     """The tasks that would call a function that does not come back, each with the reason."""
-    given = list_given_parts(problem)
+    given = problem.bound.given
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "gravity", "force")
@@ -463,8 +468,3 @@ def skip_dependent_tasks(
         if reasons:
             skipped_tasks[task] = reasons[0]
     return skipped_tasks
-
-
-def list_given_parts(problem: VerificationProblem) -> list[str]:
-    """The parts that are functions of the user's own."""
-    return sorted(bind_equations(problem.equations, problem.case.arm, problem.frame).given)
