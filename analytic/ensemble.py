@@ -50,8 +50,8 @@ class RunChunk:
 
     time (records,) [s]; records: in the coordinates of the members. Of a member that has diverged
     all is NaN from the first record on that is not finite. Signals are (records, joints, members)
-    in SI units, those of meshes (records, joints, planets, members): lumped, one planet stands for
-    all, and what a joint has none of is NaN. Joints are all that move.
+    in SI units, those of meshes (records, joints, planets, members), and what a joint has none of
+    is NaN. Joints are all that move.
     """
 
     time: np.ndarray

@@ -87,8 +87,8 @@ class AnalyticModel(Model):
 
     @cached_property
     def signals(self) -> SignalMap:
-        """What the signals of members that run side by side are of the records."""
-        return map_arm(self.arm, self.layout, is_whole=False)
+        """What the signals are of the kernel's records."""
+        return map_arm(self.arm, self.layout)
 
     @property
     def edges(self) -> np.ndarray:
@@ -197,8 +197,7 @@ class AnalyticModel(Model):
         all; NaN beyond a joint's own planets.
         """
         motion = records.q, records.v, records.a
-        signals = map_arm(self.arm, self.layout, is_whole=True)
-        variables = signals.record_run(self.drive, time, motion, records.forces)
+        variables = self.signals.record_run(self.drive, time, motion, records.forces)
         energy = self.equations.kinetic_energy(records.q, records.v)
         return trajectory(self, time, **variables, kinetic_energy=energy, **more)
 

@@ -81,8 +81,8 @@ class SignalMap:
 class MeshedStage(NamedTuple):
     """A planetary stage whose meshes have coordinates.
 
-    planets: how many of them have signals, and forced: how many forces of their own at sun and
-    ring, one for all or each; displacement: the row (n,) of a planet's mesh.
+    forced: how many of its planets have forces of their own at sun and ring, one for all or each;
+    displacement: the row (n,) of a planet's mesh.
     """
 
     joint: int
@@ -91,27 +91,22 @@ class MeshedStage(NamedTuple):
     displacement: Callable[..., np.ndarray]
 
 
-def map_arm(arm: Arm, layout: Layout, *, is_whole: bool) -> SignalMap:
-    """The signals of an arm in a layout, whose forces are those of ``Gears``.
-
-    is_whole: whether all planets have signals, or one has that stands for all where they are alike.
-    """
-    joints = len(arm.joints)
+def map_arm(arm: Arm, layout: Layout) -> SignalMap:
+    """The signals of an arm in a layout; forces are planet by planet, or of the one for all."""
+    rows, joints = np.eye(len(layout))[layout.theta], len(arm.joints)
     stages = []
     for joint in layout.mesh_joints:
-        count = arm.joints[joint].planet_count
-        forced = count if layout.free else 1
+        planets = arm.joints[joint].planet_count
         row = partial(layout.displacement, joint=joint)
-        stages.append(MeshedStage(joint, count if is_whole else forced, forced, row))
-    rows = np.eye(len(layout))[layout.theta]
+        stages.append(MeshedStage(joint, planets, planets if layout.free else 1, row))
     return SignalMap(rows, np.zeros(joints), range(joints), _map_meshes(stages, rows.shape))
 
 
 def map_robot(robot: Robot, level: Level, labels: Sequence[int] | None = None) -> SignalMap:
     """The signals of a robot at a level, in the robot's coordinates.
 
-    labels: of all joints, by which a kernel sorts stages; planets that move as one have one signal
-    there, unless others are free, and one force. Else all planets have, stage by stage.
+    labels: of all joints, by which a kernel sorts the forces of stages, one where planets move as
+    one; else every planet has its own, stage by stage.
     """
     factors, offsets = robot.joint_map
     is_geared = level == "geared"
@@ -120,13 +115,12 @@ def map_robot(robot: Robot, level: Level, labels: Sequence[int] | None = None) -
     placed = list(zip(robot.stages, robot.stage_columns, strict=True)) if is_geared else []
     if labels is not None:
         placed.sort(key=lambda each: labels[each[0].joint])
-    is_whole = labels is None or any(stage.has_free_planets for stage, _ in placed)
     stages = []
     for stage, columns in placed:
-        count, groups = stage.gears.planet_count, len(stage.groups)
+        planets = stage.gears.planet_count
         row = partial(_place_row, stage, columns, rows.shape[1])
-        planets = count if is_whole else groups
-        stages.append(MeshedStage(stage.joint, planets, count if labels is None else groups, row))
+        forced = planets if labels is None else len(stage.groups)
+        stages.append(MeshedStage(stage.joint, planets, forced, row))
     rotors = [rotor.joint for rotor, _ in robot.meshes if is_geared]
     meshes = _map_meshes(stages, rows.shape, rotors, factors.shape[1])
     return SignalMap(rows, offsets, robot.coordinates, meshes)

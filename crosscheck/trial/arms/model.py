@@ -86,7 +86,7 @@ class SuppliedModel(Model):
         moments = list(zip(time, qs, vs, strict=True))
         accelerations = np.array([self.acceleration(*moment) for moment in moments])
         energy = np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments])
-        signals = map_arm(self.arm, self.layout, is_whole=True)
+        signals = map_arm(self.arm, self.layout)
         variables = signals.record_run(self.drive, time, (qs, vs, accelerations))
         return trajectory(self, time, **variables, kinetic_energy=energy)
 
