@@ -19,7 +19,7 @@ import numpy as np
 
 from crosscheck import registry
 from crosscheck.analytic.robot.model import multiply
-from crosscheck.checks.answers import BadAnswer
+from crosscheck.checks.answers import BadAnswer, ask
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.experiment.scenario import PdDrive, Scenario
@@ -90,21 +90,24 @@ class TransformedModel:
         jacobians = np.array(list(map(frame.jacobian, at.x)))
         transposed, moving = jacobians.swapaxes(1, 2), (at.t, at.q, at.v)
         if quantity == "mass_matrix":  # J^T M J
-            return transposed @ _ask(model, "mass_matrix", at.q) @ jacobians
+            return transposed @ ask(model, "mass_matrix", jacobians.shape, at.q) @ jacobians
         if quantity == "force":  # J^T f
-            force = _ask(self.weightless or model, "generalized_force", *moving)
+            force = ask(self.weightless or model, "generalized_force", at.q.shape, *moving)
             return multiply(transposed, force)
         if quantity == "gravity":  # J^T g: what the force lacks with weights, at rest
             assert self.weightless is not None  # else nobody asks
             still = 0 * at.t, at.q, 0 * at.v
-            pair = (_ask(each, "generalized_force", *still) for each in (self.weightless, model))
-            return multiply(transposed, np.subtract(*pair))
+            light, heavy = (
+                ask(each, "generalized_force", at.q.shape, *still)
+                for each in (self.weightless, model)
+            )
+            return multiply(transposed, light - heavy)
         if quantity == "acceleration":  # x'' of q'' = J x'' + J' u
             drift = np.array(list(map(frame.drift, at.x, at.u)))
-            left = _ask(model, "acceleration", *moving) - drift
+            left = ask(model, "acceleration", at.q.shape, *moving) - drift
             return np.linalg.solve(jacobians, left[..., None])[..., 0]
         is_curved = frame.matrix is None  # else J' is 0
-        mass = _ask(model, "mass_matrix", at.q) if is_curved else None
+        mass = ask(model, "mass_matrix", jacobians.shape, at.q) if is_curved else None
         bias = partial(self._compute_bias, at, jacobians, mass)
         if quantity == "bias":
             return bias(at.u)
@@ -116,18 +119,10 @@ class TransformedModel:
     ) -> np.ndarray:
         """J^T (h + M J' u) at states, by rates u there (states, n) or (n,)."""
         u = np.broadcast_to(u, at.x.shape)
-        bias = _ask(self.model, "bias", at.q, multiply(jacobians, u))
+        bias = ask(self.model, "bias", at.q.shape, at.q, multiply(jacobians, u))
         if mass is not None:
             bias = bias + multiply(mass, np.array(list(map(self.frame.drift, at.x, u))))
         return multiply(jacobians.swapaxes(1, 2), bias)
-
-
-def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
-    """The answers of a model's method at states, the first axis of all that is given."""
-    answer: Callable[..., np.ndarray] = getattr(model, method)
-    if model.takes_many_states:
-        return answer(*given)
-    return np.array([answer(*state) for state in zip(*given, strict=True)])
 
 
 def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
