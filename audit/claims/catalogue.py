@@ -47,13 +47,15 @@ def read_quantity(text: Any) -> Quantity:
     raise KeyError(text)
 
 
-def find_quantity(said: Statement) -> Quantity | Choices:
+def find_quantity(statement: Statement) -> Quantity | Choices:
     """The quantity that decides a statement, or one for each of its cases."""
-    if said.cases:
-        cases = {**CASES, **TEXTS.cases}[said.cases]
-        return {str(next(iter(c.values()))): read_quantity(fill(said.quantity, c)) for c in cases}
-    quantity = read_quantity(said.quantity)
-    if not said.where_third:
+    if statement.cases:
+        cases = {**CASES, **TEXTS.cases}[statement.cases]
+        return {
+            str(next(iter(c.values()))): read_quantity(fill(statement.quantity, c)) for c in cases
+        }
+    quantity = read_quantity(statement.quantity)
+    if not statement.where_third:
         return quantity
     return q.restrict_quantity("where above", thresholds.EVIDENT, read_quantity("owed"), quantity)
 
