@@ -75,7 +75,8 @@ class RunChunk:
     @cached_property
     def theta(self) -> np.ndarray:
         """Positions [rad], [m]; a joint that follows another with its offset."""
-        return self.signals.read("theta", self.records.q) + self.signals.offsets[:, np.newaxis]
+        theta, offsets = self.signals.read("theta", self.records.q), self.signals.offsets
+        return theta + offsets[:, np.newaxis] if offsets.any() else theta
 
     @cached_property
     def torque(self) -> np.ndarray:
