@@ -18,7 +18,7 @@ from crosscheck.models.robot.robot import JointStage, Level, Robot
 FORCES = "F_sp", "F_pr"
 
 
-class Selection(NamedTuple):
+class CoordinateSums(NamedTuple):
     """What a signal is of coordinates: a sum of some, each with its factor unless that is 1.
 
     distinct, shape: of the signal at a state, with planets that move alike as one, and all of them.
@@ -45,16 +45,18 @@ class SignalMap:
     meshes: dict[str, np.ndarray]
 
     @cached_property
-    def _selections(self) -> dict[str, Selection]:
-        """By name, how a signal's rows are read: far faster than by products with their zeros."""
-        return {name: _select(rows) for name, rows in {"theta": self.joints, **self.meshes}.items()}
+    def _sums(self) -> dict[str, CoordinateSums]:
+        """The sums of each signal: far faster than products of its rows with coordinates."""
+        return {
+            name: _list_sums(rows) for name, rows in {"theta": self.joints, **self.meshes}.items()
+        }
 
     def read(self, name: str, x: np.ndarray) -> np.ndarray:
         """A signal (records, joints, [planets,] members), without offsets.
 
         x (records, n, members): coordinates, their rates or accelerations, or forces of meshes.
         """
-        distinct, shape, summands = self._selections[name]
+        distinct, shape, summands = self._sums[name]
         values = np.full((1, 1, 1), np.nan)
         for number, (places, factors) in enumerate(summands):
             summand = x[:, places] if factors is None else factors[:, np.newaxis] * x[:, places]
@@ -100,8 +102,8 @@ class SignalMap:
         return signals
 
 
-def _select(rows: np.ndarray) -> Selection:
-    """The selection that rows (joints, [planets,] n) are."""
+def _list_sums(rows: np.ndarray) -> CoordinateSums:
+    """The sums that rows (joints, [planets,] n) are."""
     first, shape = rows[:, :1], rows.shape[:-1]
     distinct = rows
     if rows.ndim == 3 and np.array_equal(np.broadcast_to(first, rows.shape), rows, equal_nan=True):
@@ -113,7 +115,7 @@ def _select(rows: np.ndarray) -> Selection:
     for places in order.T[: np.count_nonzero(factors, axis=1).max(initial=0)]:
         factor = factors[np.arange(len(flat)), places]
         summands.append((places, None if (factor == 1).all() else factor))
-    return Selection(distinct.shape[:-1], shape, summands)
+    return CoordinateSums(distinct.shape[:-1], shape, summands)
 
 
 class MeshedStage(NamedTuple):
