@@ -18,52 +18,36 @@ from crosscheck.models.robot.robot import JointStage, Level, Robot
 FORCES = "F_sp", "F_pr"
 
 
-class CoordinateSums(NamedTuple):
-    """What a signal is of coordinates: a sum of some, each with its factor unless that is 1.
-
-    distinct, shape: of the signal at a state, with planets that move alike as one, and all of them.
-    """
-
-    distinct: tuple[int, ...]
-    shape: tuple[int, ...]
-    summands: Sequence[tuple[np.ndarray, np.ndarray | None]]
-
-
 @dataclass(frozen=True)
 class SignalMap:
     """Rows that give the signals of joints and meshes.
 
-    joints (joints, n), offsets (joints,): of all joints that move, by the coordinates; free: the
-    numbers of those that follow no other. meshes: x_sp and x_pr of planets (joints, planets, n) and
-    x_mesh of rotors (joints, n); elastic forces F_sp, F_pr and F_mesh, by those of the model's
-    meshes in place of coordinates; NaN where a joint has none.
+    rows: theta of all joints that move (joints, n), by the coordinates, x_sp and x_pr of planets
+    (joints, planets, n), x_mesh of rotors (joints, n); elastic forces F_sp, F_pr and F_mesh, by
+    those of the model's meshes in place of coordinates; NaN where a joint has none. offsets
+    (joints,): of theta; free: numbers of the joints that follow no other.
     """
 
-    joints: np.ndarray
+    rows: dict[str, np.ndarray]
     offsets: np.ndarray
     free: Sequence[int]
-    meshes: dict[str, np.ndarray]
 
     @cached_property
-    def _sums(self) -> dict[str, CoordinateSums]:
-        """The sums of each signal: far faster than products of its rows with coordinates."""
-        return {
-            name: _list_sums(rows) for name, rows in {"theta": self.joints, **self.meshes}.items()
-        }
+    def _summands(self) -> dict[str, list[tuple[np.ndarray, np.ndarray | None]]]:
+        """Of each signal, places and factors of what its rows sum up: most of them are 0."""
+        return {name: _list_summands(rows) for name, rows in self.rows.items()}
 
     def read(self, name: str, x: np.ndarray) -> np.ndarray:
         """A signal (records, joints, [planets,] members), without offsets.
 
         x (records, n, members): coordinates, their rates or accelerations, or forces of meshes.
         """
-        distinct, shape, summands = self._sums[name]
-        values = np.full((1, 1, 1), np.nan)
-        for number, (places, factors) in enumerate(summands):
-            summand = x[:, places] if factors is None else factors[:, np.newaxis] * x[:, places]
-            values = values + summand if number else summand
-        if summands:
-            values = values.reshape(len(x), *distinct, x.shape[2])
-        return np.broadcast_to(values, (len(x), *shape, x.shape[2]))
+        shape = (len(x), *self.rows[name].shape[:-1], x.shape[2])
+        parts = [
+            x[:, places] if factors is None else factors[:, np.newaxis] * x[:, places]
+            for places, factors in self._summands[name]
+        ]
+        return sum(parts[1:], parts[0]).reshape(shape) if parts else np.full(shape, np.nan)
 
     def find_torques(
         self, drive: DriveData, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
@@ -93,29 +77,23 @@ class SignalMap:
         theta, theta_dot = read("theta", q) + self.offsets, read("theta", v)
         signals = {"theta": theta, "theta_dot": theta_dot, "theta_ddot": read("theta", a)}
         signals["torque"] = self.find_torques(drive, time, theta, theta_dot)
-        there = [name for name, rows in self.meshes.items() if not np.isnan(rows).all()]
+        there = [name for name, rows in self.rows.items() if not np.isnan(rows).all()]
         for name in there:
             if name.startswith("x"):
                 signals |= {name: read(name, q), f"{name}_dot": read(name, v)}
-            elif forces is not None:
+            elif name.startswith("F") and forces is not None:
                 signals[name] = read(name, forces)
         return signals
 
 
-def _list_sums(rows: np.ndarray) -> CoordinateSums:
-    """The sums that rows (joints, [planets,] n) are."""
-    first, shape = rows[:, :1], rows.shape[:-1]
-    distinct = rows
-    if rows.ndim == 3 and np.array_equal(np.broadcast_to(first, rows.shape), rows, equal_nan=True):
-        distinct = first  # one planet represents all that move alike
-    flat = distinct.reshape(math.prod(distinct.shape[:-1]), rows.shape[-1])
+def _list_summands(rows: np.ndarray) -> list[tuple[np.ndarray, np.ndarray | None]]:
+    """Places and factors of each summand of rows (..., n), unless the factors are all 1."""
+    flat = rows.reshape(math.prod(rows.shape[:-1]), rows.shape[-1])
     factors = np.where(np.isnan(flat) & (np.arange(flat.shape[1]) > 0), 0.0, flat)
     order = np.argsort(factors == 0, axis=1, kind="stable")
-    summands = []
-    for places in order.T[: np.count_nonzero(factors, axis=1).max(initial=0)]:
-        factor = factors[np.arange(len(flat)), places]
-        summands.append((places, None if (factor == 1).all() else factor))
-    return CoordinateSums(distinct.shape[:-1], shape, summands)
+    most = np.count_nonzero(factors, axis=1).max(initial=0)
+    summands = ((places, factors[np.arange(len(flat)), places]) for places in order.T[:most])
+    return [(places, None if (each == 1).all() else each) for places, each in summands]
 
 
 class MeshedStage(NamedTuple):
@@ -133,13 +111,14 @@ class MeshedStage(NamedTuple):
 
 def map_arm(arm: Arm, layout: Layout) -> SignalMap:
     """The signals of an arm in a layout; forces are planet by planet, or of the one for all."""
-    rows, joints = np.eye(len(layout))[layout.theta], len(arm.joints)
+    theta, joints = np.eye(len(layout))[layout.theta], len(arm.joints)
     stages = []
     for joint in layout.mesh_joints:
         planets = arm.joints[joint].planet_count
         row = partial(layout.displacement, joint=joint)
         stages.append(MeshedStage(joint, planets, planets if layout.free else 1, row))
-    return SignalMap(rows, np.zeros(joints), range(joints), _map_meshes(stages, rows.shape))
+    rows = {"theta": theta, **_map_meshes(stages, theta.shape)}
+    return SignalMap(rows, np.zeros(joints), range(joints))
 
 
 def map_robot(robot: Robot, level: Level, labels: Sequence[int] | None = None) -> SignalMap:
@@ -151,19 +130,19 @@ def map_robot(robot: Robot, level: Level, labels: Sequence[int] | None = None) -
     factors, offsets = robot.joint_map
     is_geared = level == "geared"
     springs = np.zeros((len(factors), robot.mesh_coordinates if is_geared else 0))
-    rows = np.hstack([factors, springs])
+    theta = np.hstack([factors, springs])
     placed = list(zip(robot.stages, robot.stage_columns, strict=True)) if is_geared else []
     if labels is not None:
         placed.sort(key=lambda each: labels[each[0].joint])
     stages = []
     for stage, columns in placed:
         planets = stage.gears.planet_count
-        row = partial(_place_row, stage, columns, rows.shape[1])
+        row = partial(_place_row, stage, columns, theta.shape[1])
         forced = planets if labels is None else len(stage.groups)
         stages.append(MeshedStage(stage.joint, planets, forced, row))
     rotors = [rotor.joint for rotor, _ in robot.meshes if is_geared]
-    meshes = _map_meshes(stages, rows.shape, rotors, factors.shape[1])
-    return SignalMap(rows, offsets, robot.coordinates, meshes)
+    rows = {"theta": theta, **_map_meshes(stages, theta.shape, rotors, factors.shape[1])}
+    return SignalMap(rows, offsets, robot.coordinates)
 
 
 def _place_row(
