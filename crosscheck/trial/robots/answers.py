@@ -224,10 +224,8 @@ def ask(
             for block, matrix in answers.pop("coriolis").items()
         }
     holds_friction = _remove_friction(answers, blocks, friction)
-    whole, weights = (
-        answers.get("inverse_dynamics"),
-        AnalyticRobot(robot, "links").gravity(states.q),
-    )
+    whole = answers.get("inverse_dynamics")
+    weights = AnalyticRobot(robot, "links").gravity(states.q)
     has_weights = bool((np.abs(weights) > TOLERANCE * sizes.gravity).any())
     nonlinear = _split_nonlinear_effects(answers, sizes) if "gravity" not in outcomes else {}
     answers |= nonlinear
