@@ -6,30 +6,25 @@ one group; what one does is bit for bit the same whichever others stand beside i
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records, SteppedModel
 from crosscheck.analytic.kernel.program import RUNS
-from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import torques_along
+from crosscheck.models.signal_map import SignalMap
 from crosscheck.models.trajectory import recorded_times
-
-if TYPE_CHECKING:
-    from crosscheck.analytic.model import AnalyticModel
 
 GROUP_SIZE = 4 * BLOCK_LANES  # members of a group: a processor works on several blocks at a time
 CHUNK = 2**20  # numbers of a chunk: 8 MB, beyond which a call for each no longer counts
 
 
 class GroupedModel(SteppedModel, Protocol):
-    """A model that others can run beside; signal_layout: what of its signals' shapes is equal."""
+    """A model that others can run beside, if what signal_layout says of its signals is equal."""
 
     @property
     def name(self) -> str: ...
@@ -38,128 +33,59 @@ class GroupedModel(SteppedModel, Protocol):
     def signal_layout(self) -> object: ...
 
     @property
-    def chunk_class(self) -> type[RunChunk]: ...
+    def signals(self) -> SignalMap: ...
 
 
 ModelT = TypeVar("ModelT", bound=GroupedModel)
 
 
-def _make_joint_signal(record: str) -> cached_property[np.ndarray]:
-    """The signal of the joints' coordinates, rates or accelerations, as the records have them."""
-    return cached_property(lambda chunk: chunk._joint_values(getattr(chunk.records, record)))
-
-
-def _make_mesh_signal(mesh: Meaning, record: str) -> cached_property[np.ndarray]:
-    """The signal of the displacements [m] of sun or ring meshes, or of their rates [m/s]."""
-    return cached_property(lambda chunk: chunk._displacements(mesh, getattr(chunk.records, record)))
+def _make_signal(name: str, record: str) -> cached_property[np.ndarray]:
+    """The signal of a name, by the records of coordinates, rates, accelerations or forces."""
+    return cached_property(lambda chunk: chunk.signals.read(name, getattr(chunk.records, record)))
 
 
 @dataclass(frozen=True)
-class RunChunk(ABC):
+class RunChunk:
     """Consecutive records of members that ran side by side, by the names of a run's signals.
 
     time (records,) [s]; records: in the coordinates of the members. Of a member that has diverged
     all is NaN from the first record on that is not finite. Signals are (records, joints, members)
-    in SI units, those of meshes (records, joints, planets, members): lumped, one planet stands for
-    all, and what a joint has none of is NaN.
+    in SI units, those of meshes (records, joints, planets, members), and what a joint has none of
+    is NaN. Joints are all that move.
     """
 
     time: np.ndarray
     models: Sequence[Any]
     records: Records
 
-    theta = _make_joint_signal("q")
-    theta_dot = _make_joint_signal("v")
-    theta_ddot = _make_joint_signal("a")
-    x_sp = _make_mesh_signal("x_sp", "q")
-    x_pr = _make_mesh_signal("x_pr", "q")
-    x_sp_dot = _make_mesh_signal("x_sp", "v")
-    x_pr_dot = _make_mesh_signal("x_pr", "v")
+    theta_dot = _make_signal("theta", "v")
+    theta_ddot = _make_signal("theta", "a")
+    x_sp, x_sp_dot = _make_signal("x_sp", "q"), _make_signal("x_sp", "v")
+    x_pr, x_pr_dot = _make_signal("x_pr", "q"), _make_signal("x_pr", "v")
+    x_mesh, x_mesh_dot = _make_signal("x_mesh", "q"), _make_signal("x_mesh", "v")
+    F_sp, F_pr = _make_signal("F_sp", "forces"), _make_signal("F_pr", "forces")
+    F_mesh = _make_signal("F_mesh", "forces")
+
+    @property
+    def signals(self) -> SignalMap:
+        """What signals are of the records."""
+        signals: SignalMap = self.models[0].signals
+        return signals
 
     @cached_property
-    def F_sp(self) -> np.ndarray:
-        """Elastic force of sun meshes per planet [N]."""
-        return self._forces(0)
-
-    @cached_property
-    def F_pr(self) -> np.ndarray:
-        """Elastic force of ring meshes per planet [N]."""
-        return self._forces(1)
+    def theta(self) -> np.ndarray:
+        """Positions [rad], [m]; a joint that follows another with its offset."""
+        theta, offsets = self.signals.read("theta", self.records.q), self.signals.offsets
+        return theta + offsets[:, np.newaxis] if offsets.any() else theta
 
     @cached_property
     def torque(self) -> np.ndarray:
         """Driving torques (records, joints, members) [N m], [N]; 0 of followers of others."""
-        free, torques = list(self._free_joints), np.zeros_like(self.theta)
+        torques = np.zeros_like(self.theta)
         for place, model in enumerate(self.models):
-            moving = self.theta[:, free, place], self.theta_dot[:, free, place]
-            torques[:, free, place] = torques_along(model.drive, self.time, *moving)
+            moving = self.theta[..., place], self.theta_dot[..., place]
+            torques[..., place] = self.signals.find_torques(model.drive, self.time, *moving)
         return torques
-
-    @property
-    @abstractmethod
-    def _free_joints(self) -> Sequence[int]:
-        """Numbers of the joints that follow no other."""
-
-    @abstractmethod
-    def _joint_values(self, x: np.ndarray) -> np.ndarray:
-        """Rows of the joints (records, joints, members) of the coordinates x, or rates."""
-
-    @abstractmethod
-    def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
-        """Displacements of all planets' teeth at sun or ring, or their rates, from x or x'."""
-
-    @abstractmethod
-    def _forces(self, side: int) -> np.ndarray:
-        """Elastic forces of all planets with sun (0) or ring (1)."""
-
-
-class Chunk(RunChunk):
-    """Records of arms."""
-
-    models: Sequence[AnalyticModel]
-
-    @property
-    def _free_joints(self) -> Sequence[int]:
-        return range(len(self.models[0].arm.joints))
-
-    def _joint_values(self, x: np.ndarray) -> np.ndarray:
-        return x[:, self.models[0].layout.theta]
-
-    def _forces(self, side: int) -> np.ndarray:
-        return self._planet_values(self.records.forces[:, side::2])
-
-    def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
-        layout = self.models[0].layout
-        if not layout.free:
-            return self._planet_values(x[:, layout.indices(mesh)])
-        x_pr = x[:, layout.indices("x_pr")]
-        if mesh == "x_pr":
-            return self._planet_values(x_pr)
-        x_s = x[:, np.repeat(layout.indices("x_s"), self._planet_counts())]
-        return self._planet_values(x_s - x_pr)
-
-    def _planet_counts(self) -> list[int]:
-        """Number of planets that have coordinates, for each joint with meshes; 1 if lumped."""
-        layout, joints = self.models[0].layout, self.models[0].arm.joints
-        return [joints[joint].planet_count if layout.free else 1 for joint in layout.mesh_joints]
-
-    def _planet_values(self, values: np.ndarray) -> np.ndarray:
-        """Values (records, meshes of one kind, members) as (records, joints, planets, members).
-
-        A view where all joints have as many planets; else NaN where a joint has no such planet.
-        """
-        layout, joints = self.models[0].layout, len(self.models[0].arm.joints)
-        counts = self._planet_counts()
-        if len(counts) == joints and len(set(counts)) == 1:
-            return values.reshape(len(values), joints, counts[0], values.shape[2])
-        padded_values = np.full(
-            (len(values), joints, max(counts, default=0), values.shape[2]), np.nan
-        )
-        first = 0
-        for joint, count in zip(layout.mesh_joints, counts, strict=True):
-            padded_values[:, joint, :count] = values[:, first : first + count]
-            first += count
-        return padded_values
 
 
 @dataclass
@@ -188,7 +114,7 @@ class Group(Generic[ModelT]):
             part = time[first : first + len(records.q)]
             first += len(records.q)
             self._mark(part, records)
-            yield self.models[0].chunk_class(part, self.models, records)
+            yield RunChunk(part, self.models, records)
 
     def _records(self) -> Iterator[Records]:
         scenario = self.models[0].scenario

@@ -12,7 +12,7 @@ from crosscheck.analytic.derivation.bodies import build_bodies, rigid_bodies
 from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.gears import Gears, build_gears
 from crosscheck.analytic.derivation.terms import Terms, build_chain_terms, inverse_dynamics
-from crosscheck.analytic.ensemble import Chunk, run_alone
+from crosscheck.analytic.ensemble import run_alone
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
@@ -30,13 +30,11 @@ from crosscheck.models.experiment.scenario import (
     planet_offsets,
 )
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.signal_map import SignalMap, map_arm
 from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
-
-JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
-MESH_SIGNALS = ("x_sp", "x_sp_dot", "F_sp", "x_pr", "x_pr_dot", "F_pr")
 
 
 @lru_cache(maxsize=128)
@@ -54,7 +52,6 @@ class AnalyticModel(Model):
     """
 
     abilities = frozenset((*STATE_ABILITIES, "simulate", "reference", "precise"))
-    chunk_class = Chunk
     terms: Terms
     gears: Gears
     links: Links | None = None
@@ -87,6 +84,11 @@ class AnalyticModel(Model):
     def signal_layout(self) -> Layout:
         """The coordinates that the records of signals belong to."""
         return self.layout
+
+    @cached_property
+    def signals(self) -> SignalMap:
+        """What the signals are of the kernel's records."""
+        return map_arm(self.arm, self.layout)
 
     @property
     def edges(self) -> np.ndarray:
@@ -194,18 +196,10 @@ class AnalyticModel(Model):
         Lumped, each planet of a joint has the displacements and forces of the one that stands for
         all; NaN beyond a joint's own planets.
         """
-        chunk = Chunk(time, [self], Records(*(each[:, :, None] for each in records)))
-        variables = {name: getattr(chunk, name)[:, :, 0] for name in JOINT_SIGNALS}
-        variables["kinetic_energy"] = self.equations.kinetic_energy(records.q, records.v)
-        variables |= more
-        planets = [joint.planet_count for joint in self.arm.joints]
-        for name in MESH_SIGNALS if self.layout.mesh_joints else ():
-            values = getattr(chunk, name)
-            variables[name] = np.full((len(time), len(planets), max(planets)), np.nan)
-            for joint, count in enumerate(planets):
-                planet_values = values[:, joint, : count if self.layout.free else 1, 0]
-                variables[name][:, joint, :count] = planet_values
-        return trajectory(self, time, **variables)
+        motion = records.q, records.v, records.a
+        variables = self.signals.record_run(self.drive, time, motion, records.forces)
+        energy = self.equations.kinetic_energy(records.q, records.v)
+        return trajectory(self, time, **variables, kinetic_energy=energy, **more)
 
 
 class BodyModel(AnalyticModel):

@@ -34,7 +34,6 @@ SUPPLIED = {
     "compare": ("identification.mechanism:PlanarArm", "identification.mechanism:SpatialRobot"),
     "read_member": (f"{CASES}:read_arm", f"{CASES}:read_robot"),
     "make_member_model": (f"{CASES}:make_arm_model", f"{CASES}:make_robot_model"),
-    "make_member_run": (f"{CASES}:make_arm_run", f"{CASES}:make_robot_run"),
     "find_rigid_model": (f"{CASES}:find_rigid_arm", f"{CASES}:find_rigid_robot"),
     "build_equations": (f"{LOADING}:build_equations", f"{LOADING}:build_robot_equations"),
     "build_frame": (

@@ -1,4 +1,4 @@
-"""A robot's model in an experiment: what is asked of it is what a planar arm's model is asked."""
+"""A robot's model in an experiment, and its runs."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.analytic.robot.springs import drive_matrix, largest_stable_step
+from crosscheck.analytic.robot.springs import largest_stable_step
 from crosscheck.models.abilities import STATE_ABILITIES
-from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.interface import Model
 from crosscheck.models.loading import require_fit
+from crosscheck.models.robot.driven import DrivenRobot
 from crosscheck.models.robot.integration import require_regular
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.start import start_state
@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class RobotExperiment(Model):
-    """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of a robot in one experiment.
-
-    ``model`` is the same without the experiment, and is asked at many states at once.
+class RobotExperiment(DrivenRobot):
+    """A robot's model in an experiment, in the robot's own coordinates.
 
     Args:
         model: The robot's model, by an engine at a level.
@@ -38,8 +36,10 @@ class RobotExperiment(Model):
 
     def __init__(self, model: RobotModel, scenario: Scenario) -> None:
         require_fit(scenario, model.robot)
-        self.model, self.scenario = model, scenario
+        self.model, self.scenario, robot = model, scenario, model.robot
         self.name = f"{model.name}:{model.level}"
+        self.order = np.arange(len(self.coordinates))
+        self._drive = drive_data(scenario, len(robot.coordinates), robot.motors)
 
     def __repr__(self) -> str:
         """Which model it is, of what."""
@@ -50,25 +50,6 @@ class RobotExperiment(Model):
     def coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates (n,): free joints, then displacements of meshes."""
         return tuple(self.model.robot.state_names(self.model.level))
-
-    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M(q) (n, n)."""
-        return self.model.mass_matrix(q[None])[0]
-
-    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Coriolis and centrifugal force (n,)."""
-        return self.model.bias(q[None], v[None])[0]
-
-    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Motors, meshes and weights at time t [s], (n,)."""
-        drive = drive_matrix(self.model.robot, self.model.level)
-        held = self.model.inverse_dynamics(q[None], v[None], np.zeros((1, q.size)))[0]
-        return self._torques(t, q, v)[0] @ drive - held + self.bias(q, v)
-
-    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' at time t [s], (n,)."""
-        with require_regular(self.model.robot):
-            return self.model.forward_dynamics(q[None], v[None], self._torques(t, q, v))[0]
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces (states, n) of a motion, whatever the scenario's drive."""
@@ -90,12 +71,6 @@ class RobotExperiment(Model):
         """Largest step [s] with which fixed steps stay stable. Raises InputError."""
         with require_regular(self.model.robot):
             return largest_stable_step(self.model, self.scenario)
-
-    def _torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Torques of the motors (1, free)."""
-        free = len(self.model.robot.coordinates)
-        drive = drive_data(self.scenario, free, self.model.robot.motors)
-        return torques_along(drive, np.array([t]), q[None, :free], v[None, :free])
 
     def _make_trajectory(self, q: np.ndarray, v: np.ndarray) -> xr.Dataset:
         with require_regular(self.model.robot):

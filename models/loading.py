@@ -116,12 +116,6 @@ def validate_switches(chosen: dict[str, Any], arm: Arm) -> Switches:
     return validate_record(Switches, given, "switches")
 
 
-def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
-    """Raise InputError unless arm, scenario and switches fit each other."""
-    require_fit(case.scenario, case.arm, scenario)
-    require_alike(*case, arm, scenario)
-
-
 class Selection(NamedTuple):
     """A mechanism and the experiments that a user wants of it; no switches: the usual ones.
 
@@ -148,23 +142,44 @@ def load_selection(
     A setting of the scenario holds for each. Raises InputError.
     """
     data: dict[str, Any] = {"arm": read_raw_arm(arm), "switches": {}}
+    contents = apply_settings(data, scenarios, settings, SECTIONS)
+    loaded = validate_record(Arm, data["arm"], arm)
+    chosen = validate_switches(data["switches"], loaded) if data["switches"] else None
+    experiments = validate_scenarios(contents, scenarios, loaded)
+    laws = chosen or usual_switches(loaded)
+    for scenario, name in zip(experiments, scenarios, strict=True):
+        require_alike(loaded, scenario, laws, arm, name)
+    if chosen:
+        require_alike(loaded, None, laws, arm)
+    return Selection(loaded, experiments, chosen, json.dumps(data["arm"]))
+
+
+def apply_settings(
+    data: dict[str, Any], scenarios: Sequence[str], settings: Sequence[str], sections: Sequence[str]
+) -> list[Any]:
+    """The content of scenarios by name or file, changed by settings as a mechanism's data are.
+
+    A setting of the scenario holds for each. Raises InputError.
+    """
     stages = [{"scenario": read_raw_scenario(name)} for name in scenarios]
     for setting in settings:
         section = setting.partition(".")[0].strip()
         if section == "scenario" and not stages:
             raise InputError("--set", setting, None, "needs --scenario")
         for target in stages if section == "scenario" else [data]:
-            apply_setting(target, setting)
-    loaded = validate_record(Arm, data["arm"], arm)
-    chosen = validate_switches(data["switches"], loaded) if data["switches"] else None
-    laws, experiments = chosen or usual_switches(loaded), []
-    for stage, name in zip(stages, scenarios, strict=True):
-        scenario = validate_record(Scenario, stage["scenario"], name)
-        require_fitting(Case(loaded, scenario, laws), arm, name)
-        experiments.append(scenario)
-    if chosen:
-        require_alike(loaded, None, laws, arm)
-    return Selection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
+            apply_setting(target, setting, sections)
+    return [stage["scenario"] for stage in stages]
+
+
+def validate_scenarios(
+    contents: Sequence[Any], names: Sequence[str], mechanism: Arm | Robot
+) -> tuple[Scenario, ...]:
+    """The scenarios of files of these names, which fit an arm or robot. Raises InputError."""
+    scenarios = []
+    for content, name in zip(contents, names, strict=True):
+        scenarios.append(validate_record(Scenario, content, name))
+        require_fit(scenarios[-1], mechanism, name)
+    return tuple(scenarios)
 
 
 def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> None:

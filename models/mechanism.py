@@ -13,14 +13,14 @@ from typing import Any
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import is_robot, read_raw_arm, read_raw_scenario
+from crosscheck.models.files import is_robot, read_raw_arm
 from crosscheck.models.loading import (
     Selection,
-    apply_setting,
+    apply_settings,
     load_scenario,
     load_selection,
     require_fit,
-    validate_record,
+    validate_scenarios,
 )
 from crosscheck.models.robot.file import fill_masses, read_robot_file, read_source
 from crosscheck.models.robot.robot import Robot
@@ -80,22 +80,11 @@ def read_robot_data(name: str) -> dict[str, Any]:
 def select_robot(
     name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
 ) -> Selection:
-    """Robot and scenarios by name or file, settings applied before validation. Raises InputError.
-
-    A setting of the scenario holds for each.
-    """
-    experiments = []
-    for scenario in scenarios or [""]:
-        data = {"robot": read_robot_file(name)}
-        if scenario:
-            data["scenario"] = read_raw_scenario(scenario)
-        if any(setting.strip().startswith("robot.links.") for setting in settings):
-            source, _ = read_source(name, data["robot"])
-            fill_masses(data["robot"], source.urdf_text, source.file.urdf)
-        for setting in settings:
-            apply_setting(data, setting, tuple(data))
-        _, robot = read_source(name, data["robot"])
-        if scenario:
-            experiments.append(validate_record(Scenario, data["scenario"], scenario))
-            require_fit(experiments[-1], robot, scenario)
-    return Selection(robot, tuple(experiments))
+    """Robot and scenarios by name or file, with settings as in ``load_case``. Raises InputError."""
+    data = {"robot": read_robot_file(name)}
+    if any(setting.strip().startswith("robot.links.") for setting in settings):
+        source, _ = read_source(name, data["robot"])
+        fill_masses(data["robot"], source.urdf_text, source.file.urdf)
+    contents = apply_settings(data, scenarios, settings, ("robot", "scenario"))
+    _, robot = read_source(name, data["robot"])
+    return Selection(robot, validate_scenarios(contents, scenarios, robot))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 
@@ -50,47 +49,41 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
 
 def build_trajectory(
     name: str,
-    arm: Arm,
+    mechanism: Any,
     scenario: Scenario,
     chosen: Switches,
     time: np.ndarray,
     **variables: np.ndarray,
 ) -> xr.Dataset:
-    """The Dataset of a run, by a model of this name, of an arm in an experiment.
+    """The Dataset of a run, by a model of this name, of an arm or a robot in an experiment.
 
     time (times,) [s]. Variables, by the names in this module: theta, theta_dot, theta_ddot and
     torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp and F_pr of shape (times,
     joints, planets); kinetic_energy, work and work_turned_over of shape (times,).
     """
+    import xarray as xr  # half a second, pandas with it
+
     provenance = {
         "schema_version": SCHEMA_VERSION,
         "model": name,
         "step_s": scenario.step_s,
-        "arm": json.dumps(arm.model_dump()),
         "scenario": json.dumps(scenario.model_dump()),
         "switches": json.dumps(chosen.model_dump()),
+        **mechanism.run_attributes,
     }
-    return dataset_of(variables, time, provenance, len(arm.joints))
-
-
-def dataset_of(
-    variables: dict[str, np.ndarray], time: np.ndarray, attributes: dict[str, Any], joints: int
-) -> xr.Dataset:
-    """The Dataset of variables over time (times,) [s] and so many joints, with its attributes."""
-    import xarray as xr  # half a second, pandas with it
-
     data = {
         name: (_DIMS[values.ndim], values, {"units": unit_of(name), "long_name": meaning_of(name)})
         for name, values in variables.items()
     }
+    joints = np.arange(1, len(mechanism.joints) + 1)
     coords = {
         "time": ("time", time, {"units": "s", "long_name": "time"}),
-        "joint": ("joint", np.arange(1, joints + 1), {"long_name": "joint number"}),
+        "joint": ("joint", joints, {"long_name": "joint number"}),
     }
     planets = max((values.shape[2] for values in variables.values() if values.ndim == 3), default=0)
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
-    return xr.Dataset(data, coords, attrs={"Conventions": "CF-1.11", **attributes})
+    return xr.Dataset(data, coords, attrs={"Conventions": "CF-1.11", **provenance})
 
 
 def recorded_times(scenario: Scenario) -> np.ndarray:

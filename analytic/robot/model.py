@@ -122,7 +122,7 @@ class AnalyticRobot(RobotModel):
         self._armature = self._share.T * armature @ self._share
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
-        self._driven = np.eye(len(free), size)  # generalized forces, per torque of each motor
+        self.drive = np.eye(len(free), size)  # generalized forces, per torque of each motor
         place = len(free)
         for rotor in robot.rotors:
             turns = rotor.ratio * self._share[rotor.joint]
@@ -130,7 +130,7 @@ class AnalyticRobot(RobotModel):
                 turns[place] = 1 / rotor.mesh.pinion_base_radius_m
                 place += 1
                 if rotor.joint in free:
-                    self._driven[free.index(rotor.joint)] = turns / rotor.ratio
+                    self.drive[free.index(rotor.joint)] = turns / rotor.ratio
             frame = robot.frames[rotor.stator]
             axis = frame.placement.rotation @ rotor.axis
             self._spinning_bodies.append(SpinningBody(frame.body, axis, rotor.inertia, turns))
@@ -184,7 +184,7 @@ class AnalyticRobot(RobotModel):
         sun = (x_sp + x_pr + 2 * geometry.r_cp * share) / geometry.r_s
         self._spinning_bodies.append(SpinningBody(joint.parent, axis, J_s, sun))
         if columns is not None and joint.mimic is None:
-            self._driven[self.robot.coordinates.index(stage.joint)] = sun / geometry.n
+            self.drive[self.robot.coordinates.index(stage.joint)] = sun / geometry.n
 
     @split_states
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -227,7 +227,7 @@ class AnalyticRobot(RobotModel):
         poses = self._poses(q)
         held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
         held += self._friction_force(v)
-        left = torques @ self._driven - held
+        left = torques @ self.drive - held
         return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
 
     def integrate(self, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:

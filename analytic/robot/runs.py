@@ -10,13 +10,13 @@ import numpy as np
 from crosscheck.analytic.ensemble import run_alone
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely
 from crosscheck.analytic.kernel.program import RUNS, STATES
-from crosscheck.analytic.robot.ensemble import RobotChunk
 from crosscheck.analytic.robot.equations import RobotEquations
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import require_finite
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.models.robot.start import start_state
+from crosscheck.models.signal_map import SignalMap, map_robot
 from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
@@ -28,8 +28,6 @@ BRIEF_STEPS = 10_000
 
 class RobotMember:
     """A robot at a level in an experiment, as a batch takes it."""
-
-    chunk_class = RobotChunk
 
     def __init__(self, robot: Robot, level: Level, scenario: Scenario) -> None:
         self.robot, self.level, self.scenario = robot, level, scenario
@@ -47,6 +45,11 @@ class RobotMember:
         rotors = tuple(rotor.joint for rotor, _ in self.robot.meshes)
         stages = tuple((each.joint, each.coordinates) for each in self.robot.stages)
         return self.level, rotors, stages, tuple(joint.mimic for joint in self.robot.joints)
+
+    @cached_property
+    def signals(self) -> SignalMap:
+        """What the signals are of the kernel's records."""
+        return map_robot(self.robot, self.level, self.equations.labels)
 
     @cached_property
     def edges(self) -> np.ndarray:

@@ -2,85 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from typing import Any, NamedTuple
-
-from pydantic import ConfigDict, JsonValue, TypeAdapter
-from pydantic.dataclasses import dataclass as validated_dataclass
+from typing import Any
 
 from crosscheck.audit.claims.measured import CASES, FUNCTIONS, MEASURES, NAMED
+from crosscheck.audit.claims.statements import TEXTS, Statement, find_threshold
 from crosscheck.audit.experiments.experiments import find_experiment
 from crosscheck.audit.experiments.paper_conditions import LAW, MODELS, PLANETS, GearModel
 from crosscheck.audit.judging import quantities as q
 from crosscheck.audit.judging import rule
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.quantities import Choices, Quantity
-from crosscheck.audit.judging.rule import PLOT, READ_OFF, Claim, Limits, Place, Verdict, VerdictKind
+from crosscheck.audit.judging.rule import Claim, Place, Verdict, VerdictKind
 from crosscheck.audit.measures import thresholds
-from crosscheck.models.files import read_toml
-
-SENTENCES, STATEMENTS = (
-    Path(__file__).with_name(f"{name}.toml") for name in ("sentences", "statements")
-)
-Threshold = float | str  # a number, or the name of one of thresholds.py
-
-
-@validated_dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class LimitsText:
-    """Limits as statements.toml has them."""
-
-    above: Threshold = -math.inf
-    below: Threshold = math.inf
-    around: float | None = None
-    within: float = READ_OFF
-    because: str = PLOT
-
-    def build_limits(self) -> Limits:
-        """The limits in numbers."""
-        if self.around is not None:
-            low, high = (self.around * (1 + side * self.within) for side in (-1, 1))
-            return Limits(low, high, self.because)
-        return Limits(find_threshold(self.above), find_threshold(self.below), self.because)
-
-
-@validated_dataclass(frozen=True, config=ConfigDict(extra="forbid"))
-class Statement(LimitsText):
-    """What the paper says in one claim, which figure shows it, and what decides it."""
-
-    statement: str = ""
-    figure: int | None = None
-    quantity: JsonValue = None
-    cases: str = ""
-    where_third: bool = False
-    limits: str = ""
-
-
-class Statements(NamedTuple):
-    """The statements' texts by claim id, fields as in ``Claim``.
-
-    named: quantities of several; cases: choices of a free parameter; retired: why an id is not
-    used.
-    """
-
-    named: Mapping[str, JsonValue]
-    cases: Mapping[str, tuple[dict[str, str], ...]]
-    said: Mapping[str, Statement]
-    limits: Mapping[str, LimitsText]
-    free: Mapping[str, str]
-    reading: Mapping[str, str]
-    retired: Mapping[str, str]
-
-
-TEXTS = TypeAdapter(Statements).validate_python(read_toml(STATEMENTS))
-
-
-def find_threshold(limit: Threshold) -> float:
-    """A limit in numbers. Raises AttributeError for a name of none."""
-    return float(getattr(thresholds, limit) if isinstance(limit, str) else limit)
 
 
 def read_quantity(text: Any) -> Quantity:
@@ -111,13 +47,15 @@ def read_quantity(text: Any) -> Quantity:
     raise KeyError(text)
 
 
-def find_quantity(said: Statement) -> Quantity | Choices:
+def find_quantity(statement: Statement) -> Quantity | Choices:
     """The quantity that decides a statement, or one for each of its cases."""
-    if said.cases:
-        cases = {**CASES, **TEXTS.cases}[said.cases]
-        return {str(next(iter(c.values()))): read_quantity(fill(said.quantity, c)) for c in cases}
-    quantity = read_quantity(said.quantity)
-    if not said.where_third:
+    if statement.cases:
+        cases = {**CASES, **TEXTS.cases}[statement.cases]
+        return {
+            str(next(iter(c.values()))): read_quantity(fill(statement.quantity, c)) for c in cases
+        }
+    quantity = read_quantity(statement.quantity)
+    if not statement.where_third:
         return quantity
     return q.restrict_quantity("where above", thresholds.EVIDENT, read_quantity("owed"), quantity)
 

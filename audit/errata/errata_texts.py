@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
+from crosscheck.audit.claims.statements import quote_claim
 from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.models.files import read_toml
 from crosscheck.report.formatting import format_rounded
 
 NOTES = Path(__file__).with_name("texts") / "notes.toml"
-CLAIMS = Path(__file__).parents[1] / "claims" / "statements.toml"
 NONE = "-"
 
 
@@ -44,14 +44,6 @@ class Notes(NamedTuple):
 def load_notes() -> Notes:
     """The notes of notes.toml."""
     return TypeAdapter(Notes).validate_python(read_toml(NOTES))
-
-
-@cache
-def load_claims() -> dict[str, str]:
-    """The claims' texts by id, without the quantities that decide them, slow to import."""
-    return {
-        name: f"{name}, {text['statement']}" for name, text in read_toml(CLAIMS)["said"].items()
-    }
 
 
 class SheetSection(NamedTuple):
@@ -103,7 +95,7 @@ def build_record(arm: str, erratum: Erratum) -> JsonObject:
         "derived_tex": erratum.derived_tex,
         "remark": erratum.remark,
         "denies": ", ".join(erratum.denies),
-        "denied_claims": "; ".join(map(load_claims().__getitem__, erratum.denies)),
+        "denied_claims": "; ".join(map(quote_claim, erratum.denies)),
         "size": erratum.size,
         "unit": erratum.unit,
         "other_sizes": dict(erratum.others),

@@ -124,13 +124,8 @@ def _signals(chunk: RunChunk, geared: bool) -> list[np.ndarray]:
     joints = [chunk.theta, chunk.theta_dot, chunk.theta_ddot]
     if not geared:
         return joints
-    layout, forces = chunk.models[0].layout, (chunk.F_sp, chunk.F_pr)
-    outer = np.concatenate([force[:, 1:, 0] for force in forces], axis=1)
-    x_pr, *first = (each[:, 0, 0] for each in (chunk.x_pr, *forces))
-    # With free planets no other sun mesh's displacement is worked out.
-    sun = chunk.records.q[:, layout.at("x_s", 0)] if layout.free else None
-    x_sp = chunk.x_sp[:, 0, 0] if sun is None else sun - x_pr
-    return [*joints, x_sp, x_pr, *first, outer]
+    outer = np.concatenate([force[:, 1:, 0] for force in (chunk.F_sp, chunk.F_pr)], axis=1)
+    return [*joints, *(getattr(chunk, name)[:, 0, 0] for name in MESH_SIGNALS), outer]
 
 
 def _planet_spread(x: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from crosscheck import file_types
-from crosscheck.audit.claims.catalogue import SENTENCES
 from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.statements import SENTENCES
 from crosscheck.audit.claims.study_plan import AuditContext
 from crosscheck.audit.errata.errata_texts import list_sections
 from crosscheck.audit.errata.sheet import build_sheet

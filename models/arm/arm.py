@@ -8,6 +8,7 @@ an arm is written as.
 
 from __future__ import annotations
 
+import json
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
@@ -202,6 +203,11 @@ class Arm(Data):
     def sections(self) -> dict[str, object]:
         """The content of the arm's file as plain data, by section."""
         return {"arm": self.model_dump(mode="json", exclude_none=True)}
+
+    @property
+    def run_attributes(self) -> dict[str, str]:
+        """What the file of a run keeps of the arm."""
+        return {"arm": json.dumps(self.model_dump())}
 
     @property
     def described(self) -> tuple[str, ...]:

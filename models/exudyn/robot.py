@@ -81,7 +81,7 @@ class ExudynRobot(RobotModel):
             self._add_rotor(rotor)
         for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
             self._add_stage(stage, columns)
-        self._drive = np.array([self.rows[place] / ratio for place, ratio in self.motors.values()])
+        self.drive = np.array([self.rows[place] / ratio for place, ratio in self.motors.values()])
         links = len(robot.joints)
         self._angle_rows = self.rows.copy()
         self._angle_rows[links:, : len(robot.coordinates)] = 0.0
@@ -227,7 +227,7 @@ class ExudynRobot(RobotModel):
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n), solved with Exudyn's M."""
-        left = torques @ self._drive - self._holding_forces(self._elastic, q, v)
+        left = torques @ self.drive - self._holding_forces(self._elastic, q, v)
         return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
 
     def stage_forces(self, q: np.ndarray) -> np.ndarray:

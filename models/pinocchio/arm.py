@@ -12,7 +12,6 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged, InputError
-from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.pinocchio.robot import PinocchioRobot
@@ -40,7 +39,6 @@ MOST_EVALUATIONS = 3_000_000
 class PinocchioArm(ArmModel):
     """Pinocchio's model of the robot that the arm is."""
 
-    takes_many_states = True
     model: PinocchioRobot
 
     def __init__(
@@ -49,28 +47,6 @@ class PinocchioArm(ArmModel):
         super().__init__(arm, scenario, chosen_switches)
         robot, level = self.find_robot()
         self.model = PinocchioRobot(robot, level, self.switches)
-
-    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Drive, meshes, friction and gravity at time t [s], shape (n,)."""
-        time, at, rate = np.atleast_1d(t), self._in_order(q), self._in_order(v)
-        torques = self.driving_torques(time, at, rate)
-        forces = self.model.generalized_force(time, at, rate, torques)
-        return forces[:, self._back].reshape(q.shape)
-
-    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' at time t [s], shape (n,)."""
-        time, at, rate = np.atleast_1d(t), self._in_order(q), self._in_order(v)
-        torques = self.driving_torques(time, at, rate)
-        accelerations = self.model.forward_dynamics(at, rate, torques, time)
-        return accelerations[:, self._back].reshape(q.shape)
-
-    def driving_torques(self, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Output-side torques (states, joints) [N m] of the motors at time (states,) [s].
-
-        q, v (states, n): in the robot's order.
-        """
-        joints = len(self.arm.joints)
-        return torques_along(self._drive, time, q[:, :joints], v[:, :joints])
 
 
 class PinocchioGears(PinocchioArm):

@@ -110,7 +110,7 @@ class PinocchioRobot(RobotModel):
             if stage.joint in free:
                 motors[free.index(stage.joint)] = 0.0
                 motors[free.index(stage.joint), sun] = 1 / sun_turns(gears)
-        self._drive = motors @ self._given
+        self.drive = motors @ self._given
         self._displacements = np.reshape(rows, (len(rows), len(free) + springs))
         elastic = zip(geared, stages, strict=True) if level == "geared" else ()
         contacts = find_contacts((stage.gears, wheels) for stage, wheels in elastic)
@@ -199,16 +199,22 @@ class PinocchioRobot(RobotModel):
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
     ) -> np.ndarray:
         """Torques of motors, meshes, friction and weights at times t (states,) [s], (states, n)."""
-        return torques @ self._drive + self._passive_forces(q, v, t) - self.gravity(q)
+        return torques @ self.drive + self._passive_forces(q, v, t) - self.gravity(q)
 
     def forward_dynamics(
         self, q: np.ndarray, v: np.ndarray, torques: np.ndarray, t: np.ndarray | float = 0.0
     ) -> np.ndarray:
         """Accelerations under torques of motors (states, n) at times t [s], solved with M."""
-        left = torques @ self._drive + self._passive_forces(q, v, t)
+        left = torques @ self.drive + self._passive_forces(q, v, t)
         configurations = self._configurations(q)
         left -= self._holding_torques(self._tree, configurations, v)
         return np.linalg.solve(self._mass_matrix_at(configurations), left[:, :, None])[:, :, 0]
+
+    def acceleration(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """The same, times (states,) first."""
+        return self.forward_dynamics(q, v, torques, t)
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic energy and that of the weights (states,) [J], by Pinocchio's own functions.

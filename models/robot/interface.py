@@ -23,7 +23,7 @@ class RobotModel(ABC):
     q, v and a are (states, n): the robot's free coordinates in rad or m, then, at the level geared,
     x [m] of each rotor's mesh and x_sp, x_pr [m] of each planetary stage. Torques of motors are
     (states, free) in N m or N at the joints: a rotor that has a mesh, or a sun, gets them over its
-    ratio, if its joint is free.
+    ratio, if its joint is free. ``drive`` (free, n): the generalized forces of each motor's torque.
     """
 
     name: str
@@ -31,6 +31,7 @@ class RobotModel(ABC):
 
     def __init__(self, robot: Robot, level: Level) -> None:
         self.robot, self.level = robot, level
+        self.drive = np.eye(len(robot.coordinates))
 
     @abstractmethod
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -51,6 +52,18 @@ class RobotModel(ABC):
     @abstractmethod
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors, meshes' forces and friction (states, n)."""
+
+    def acceleration(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """The same at times t (states,) [s], on which meshes' laws of an engine may depend."""
+        return self.forward_dynamics(q, v, torques)
+
+    def generalized_force(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """Torques of motors, meshes, friction and weights at times t [s] (states, n)."""
+        return torques @ self.drive - self.inverse_dynamics(q, v, 0 * q) + self.bias(q, v)
 
     @abstractmethod
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -254,6 +254,17 @@ class Robot:
         return {"robot": content, "urdf": self.urdf}
 
     @property
+    def run_attributes(self) -> dict[str, str]:
+        """What the file of a run keeps of the robot."""
+        from crosscheck.models.robot.file import RobotSource
+
+        return {
+            "robot": RobotSource(file=self.content, urdf_text=self.urdf).model_dump_json(),
+            "joints": json.dumps([joint.name for joint in self.joints]),
+            "kinds": json.dumps([joint.kind for joint in self.joints]),
+        }
+
+    @property
     def described(self) -> tuple[str, ...]:
         """The parts of the robot, in lines."""
         return tuple(repr(self).splitlines()[1:])

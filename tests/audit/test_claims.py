@@ -16,14 +16,13 @@ from hypothesis import strategies as st
 from crosscheck.audit.claims.catalogue import (
     BY_ID,
     CLAIMS,
-    SENTENCES,
-    TEXTS,
     ModelJudgement,
     model_of,
     read_quantity,
 )
 from crosscheck.audit.claims.chapter import build_claim_record, render_claims
 from crosscheck.audit.claims.measured import FUNCTIONS, MEASURED, NAMED
+from crosscheck.audit.claims.statements import SENTENCES, TEXTS
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.finder import find_errata

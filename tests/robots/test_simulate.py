@@ -231,6 +231,10 @@ def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level, robot):
         assert mass @ a + bias == pytest.approx(force, abs=1e-9 * np.abs(mass @ a).max())
         for value, expected in zip((mass, bias, force), answers[0], strict=False):
             assert value == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    for model, (*_, a) in zip(models, answers, strict=True):  # at many states, too
+        at_both = model.acceleration(1e-3, np.array([q, q + 1e-6]), np.array([v, v]))
+        assert at_both[0] == pytest.approx(a, rel=1e-9)
+        assert at_both[1] == pytest.approx(model.acceleration(1e-3, q + 1e-6, v), rel=1e-9)
     title = f"Model {models[0].name} of tested, experiment swing\ncoordinates: "
     assert repr(models[0]) == title + ", ".join(models[0].coordinates)
     with pytest.raises(InputError, match="must be numbers of shape"):

@@ -16,12 +16,10 @@ def wrong_signals() -> Iterator[str]:
     single = whole.reshape(RECORDS, JOINTS, PLANETS, MEMBERS)
     theta = -single[:, :, 0]
     apart = SimpleNamespace(time=np.zeros(RECORDS), theta=theta, x_sp=single)
-    lumped = SimpleNamespace(time=np.zeros(RECORDS), theta=theta, x_sp=single[:, :, 1:2])
     for planet in range(1, PLANETS + 2):
         right = np.full_like(theta, np.nan) if planet > PLANETS else single[:, :, planet - 1]
         for chunk, name, expected in (
             (apart, "x_sp", right),
-            (lumped, "x_sp", single[:, :, 1]),
             (apart, "theta", theta),
         ):
             found = measurement._signal(chunk, name, planet)

@@ -80,7 +80,7 @@ class _RunChunk:
         if name not in SIGNALS:
             raise AttributeError(name)
         if name not in self.run:  # without such meshes
-            planet = (1,) if name in MESH_SIGNALS else ()
+            planet = (0,) if name in MESH_SIGNALS else ()
             return np.full((self.time.size, self.run.sizes["joint"], *planet, 1), np.nan)
         return self.run[name].values[..., np.newaxis]
 

@@ -26,7 +26,7 @@ STEP_RATIO = 10  # steps of the geared arm in one of the rigid arm, which is smo
 
 
 class ChunkRecords(Protocol):
-    """Part of a chunk that is measured; see crosscheck.analytic.ensemble.Chunk."""
+    """Part of a chunk that is measured; see crosscheck.analytic.ensemble.RunChunk."""
 
     @property
     def time(self) -> np.ndarray: ...
@@ -63,8 +63,7 @@ def measure_members(
         elif isinstance(quantity, quantities.Trajectories):
             prefix = f"{quantity.name}_" if quantity.name else ""
             for name in quantity.signals:
-                values = _spread_planets(whole[SignalName(name)], cases[0].planet_counts)
-                numbers[prefix + name] = np.moveaxis(values, -1, 0)
+                numbers[prefix + name] = np.moveaxis(whole[SignalName(name)], -1, 0)
         else:
             numbers |= _measure_signal(quantity, cases, time, whole)
     return numbers
@@ -106,25 +105,9 @@ def _signal(chunk: ChunkRecords, name: str, planet: int | None) -> np.ndarray:
     values: np.ndarray = getattr(chunk, name)
     if planet is None or name not in quantities.MESH_SIGNALS:
         return values
-    if values.shape[2] == 1:
-        return values[:, :, 0]
     if planet > values.shape[2]:  # none of that number, or no meshes at all
         return np.full((values.shape[0], values.shape[1], values.shape[3]), np.nan)
     return values[:, :, planet - 1]
-
-
-def _spread_planets(values: np.ndarray, planets: Sequence[int]) -> np.ndarray:
-    """A signal (records, joints, [planets,] members), there for each of a joint's own planets.
-
-    One planet may stand for all; beyond a joint's own, and where there are no meshes, it is nan.
-    """
-    if values.ndim == 3:
-        return values
-    records, joints, planet_count, members = values.shape
-    signal = np.full((records, joints, max(1, *planets), members), np.nan)
-    for joint, count in enumerate(planets):
-        signal[:, joint, :count] = values[:, joint, : 1 if planet_count == 1 else count]
-    return signal
 
 
 def _call_function(
@@ -135,15 +118,14 @@ def _call_function(
     whole: Signals,
 ) -> dict[str, np.ndarray]:
     """The numbers that a function of the user's returns for each run."""
-    planets = cases[0].planet_counts  # the same for all members of a group
-    runs = {name: _spread_planets(whole[SignalName(name)], planets) for name in cases[0].signals}
+    runs = {name: whole[SignalName(name)] for name in cases[0].signals}
     for name in set(runs) - set(quantities.JOINT_SIGNALS):
         if np.isnan(runs[name][0]).all():  # of meshes that are not there
             del runs[name]
     answers: dict[str, list[float]] = {name: [] for name in quantity.returns}
     for place, case in enumerate(cases):
         single = {name: values[..., place] for name, values in runs.items()}
-        run = supply("make_member_run", case.mechanism.section)(case, time, single)
+        run = case.make_run(time, single)
         is_finite = np.isfinite(run["theta"].values).all()
         function_numbers = call_function(quantity, source, run) if is_finite else {}
         for name, numbers in answers.items():

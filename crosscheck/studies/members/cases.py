@@ -26,8 +26,7 @@ from crosscheck.models.experiment.scenario import (
 )
 from crosscheck.models.loading import require_fit, validate_record, validate_switches
 from crosscheck.models.robot.file import RobotFile, RobotSource
-from crosscheck.models.robot.robot import RIGID, Level, Robot
-from crosscheck.models.robot.trajectory import make_robot_dataset
+from crosscheck.models.robot.robot import MESH_LAWS, RIGID, Level, Robot
 from crosscheck.models.trajectory import build_trajectory
 from crosscheck.studies.definition.quantities import (
     ARM_SIGNALS,
@@ -107,6 +106,12 @@ class MemberCase:
         """The model that runs beside those of other members. Raises InputError."""
         return supply("make_member_model", self.mechanism.section)(self)
 
+    def make_run(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> xr.Dataset:
+        """The Dataset of a run of these signals over time [s]."""
+        name = f"ensemble:{self.level}" if self.level else "ensemble"
+        laws = self.switches or MESH_LAWS
+        return build_trajectory(name, self.mechanism, self.scenario, laws, time, **signals)
+
 
 def build_case(
     data: Raw,
@@ -168,14 +173,6 @@ def find_rigid_arm(case: MemberCase, level: str, smooth: Scenario) -> RigidModel
     return (stripped, smooth), partial(registry.build, name, stripped, smooth)
 
 
-def make_arm_run(
-    case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
-) -> xr.Dataset:
-    """Make the Dataset of a run from its signals over time [s]."""
-    variables: dict[str, Any] = dict(signals)
-    return build_trajectory("ensemble", *case.experiment, time, **variables)
-
-
 def read_robot(
     data: Raw, definition: Definition, scenario: Scenario, robot: Robot | None
 ) -> MemberCase:
@@ -222,14 +219,6 @@ def find_rigid_robot(case: MemberCase, level: Level, smooth: Scenario) -> RigidM
     model = RobotMember(case.mechanism, level, smooth)
     numbers = frozenset(model.equations.numbers.items())
     return (numbers, model.equations.structure, smooth), lambda: model
-
-
-def make_robot_run(
-    case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
-) -> xr.Dataset:
-    """Make the Dataset of a run from its signals over time [s]."""
-    name = f"ensemble:{case.level}"
-    return make_robot_dataset(name, case.mechanism, case.scenario, time, dict(signals))
 
 
 def perturb_scenario(

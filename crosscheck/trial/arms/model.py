@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from crosscheck.checks.scales import geared_joints
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data, torques_at
 from crosscheck.models.experiment.integration import integrate_scenario
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.signal_map import map_arm
 from crosscheck.models.trajectory import recorded_times, trajectory
 from crosscheck.registry import Entry, build, find_level_models, reference_model
 from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.functions import map_calls
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import WHOLE
@@ -43,39 +45,25 @@ class SuppliedModel(Model):
         again = equations if equations.table is None else equations.table.again
         self.repeated_equations: SuppliedEquations = bind_equations(again, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
+        answers = {part: partial(self.supplied.answer, part) for part in WHOLE}
+        answers["force"] = partial(self.supplied.answer, "whole_force")
+        self.calls = map_calls(answers, self.frame, self.name)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M = J^-T M_x J^-1, shape (n, n)."""
-        x = self.frame.place(q)
-        inverse = np.linalg.inv(self.frame.jacobian(x))
-        return inverse.T @ self.supplied.mass_matrix(x) @ inverse
+        """M, shape (n, n)."""
+        return self.calls["mass_matrix"]({"x": q})
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """h = J^-T h_x - M J' u, shape (n,)."""
-        x, u, jacobian = self._user_state(q, v)
-        curved = self.frame.drift(x, u)
-        force = np.linalg.inv(jacobian).T @ self.supplied.bias(x, u)
-        return force - self.mass_matrix(q) @ curved if curved.any() else force
+        """Coriolis and centrifugal force, shape (n,)."""
+        return self.calls["bias"]({"x": q, "v": v})
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """f = J^-T f_x, shape (n,)."""
-        x, u, jacobian = self._user_state(q, v)
-        user_force = self.supplied.whole_force(t, x, u, self.torques(t, q, v))
-        return np.linalg.inv(jacobian).T @ user_force
+        """The force with the weights, shape (n,)."""
+        return self.calls["force"]({"t": t, "x": q, "v": v, "torque": self.torques(t, q, v)})
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' = J x'' + J' u, shape (n,)."""
-        x, u, jacobian = self._user_state(q, v)
-        user_acceleration = self.supplied.acceleration(t, x, u, self.torques(t, q, v))
-        return jacobian @ user_acceleration + self.frame.drift(x, u)
-
-    def _user_state(
-        self, q: np.ndarray, v: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """x (n,) and u (n,) in the user's coordinates, and J there (n, n)."""
-        x = self.frame.place(q)
-        jacobian = self.frame.jacobian(x)
-        return x, np.linalg.solve(jacobian, v), jacobian
+        """q'', shape (n,)."""
+        return self.calls["acceleration"]({"t": t, "x": q, "v": v, "torque": self.torques(t, q, v)})
 
     def torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Output torques [N m] of the scenario's drive, shape (joints,)."""
@@ -95,25 +83,12 @@ class SuppliedModel(Model):
 
     def _make_trajectory(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
         """The trajectory through states (times, n)."""
-        theta = self.layout.theta
         moments = list(zip(time, qs, vs, strict=True))
-        variables = {
-            "theta": qs[:, theta],
-            "theta_dot": vs[:, theta],
-            "theta_ddot": np.array([self.acceleration(*moment)[theta] for moment in moments]),
-            "torque": np.array([self.torques(*moment) for moment in moments]),
-            "kinetic_energy": np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments]),
-        }
-        planets = [joint.planet_count for joint in self.arm.joints]
-        for mesh in MESHES if self.layout.mesh_joints else ():
-            # (joints, planets, n) of the displacements; NaN where there is no planet.
-            rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)
-            for number, _ in geared_joints(self.arm):
-                for planet in range(planets[number]):
-                    rows[number, planet] = self.layout.displacement(mesh, number, planet)
-            for name, values in ((mesh, qs), (f"{mesh}_dot", vs)):
-                variables[name] = np.moveaxis(rows @ values.T, -1, 0)
-        return trajectory(self, time, **variables)
+        accelerations = np.array([self.acceleration(*moment) for moment in moments])
+        energy = np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments])
+        signals = map_arm(self.arm, self.layout)
+        variables = signals.record_run(self.drive, time, (qs, vs, accelerations))
+        return trajectory(self, time, **variables, kinetic_energy=energy)
 
 
 def _build_reference(supplied: SuppliedModel) -> Model:

@@ -19,7 +19,7 @@ import numpy as np
 
 from crosscheck import registry
 from crosscheck.analytic.robot.model import multiply
-from crosscheck.checks.answers import BadAnswer
+from crosscheck.checks.answers import BadAnswer, ask
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.experiment.scenario import PdDrive, Scenario
@@ -43,7 +43,7 @@ from crosscheck.trial.coordinates.differences import (
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states, stack_states
-from crosscheck.trial.input.calls import LOADS, TAKES, describe_failure
+from crosscheck.trial.input.calls import LOADS, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import COMPARED
@@ -90,21 +90,24 @@ class TransformedModel:
         jacobians = np.array(list(map(frame.jacobian, at.x)))
         transposed, moving = jacobians.swapaxes(1, 2), (at.t, at.q, at.v)
         if quantity == "mass_matrix":  # J^T M J
-            return transposed @ _ask(model, "mass_matrix", at.q) @ jacobians
+            return transposed @ ask(model, "mass_matrix", jacobians.shape, at.q) @ jacobians
         if quantity == "force":  # J^T f
-            force = _ask(self.weightless or model, "generalized_force", *moving)
+            force = ask(self.weightless or model, "generalized_force", at.q.shape, *moving)
             return multiply(transposed, force)
         if quantity == "gravity":  # J^T g: what the force lacks with weights, at rest
             assert self.weightless is not None  # else nobody asks
             still = 0 * at.t, at.q, 0 * at.v
-            pair = (_ask(each, "generalized_force", *still) for each in (self.weightless, model))
-            return multiply(transposed, np.subtract(*pair))
+            light, heavy = (
+                ask(each, "generalized_force", at.q.shape, *still)
+                for each in (self.weightless, model)
+            )
+            return multiply(transposed, light - heavy)
         if quantity == "acceleration":  # x'' of q'' = J x'' + J' u
             drift = np.array(list(map(frame.drift, at.x, at.u)))
-            left = _ask(model, "acceleration", *moving) - drift
+            left = ask(model, "acceleration", at.q.shape, *moving) - drift
             return np.linalg.solve(jacobians, left[..., None])[..., 0]
         is_curved = frame.matrix is None  # else J' is 0
-        mass = _ask(model, "mass_matrix", at.q) if is_curved else None
+        mass = ask(model, "mass_matrix", jacobians.shape, at.q) if is_curved else None
         bias = partial(self._compute_bias, at, jacobians, mass)
         if quantity == "bias":
             return bias(at.u)
@@ -116,18 +119,10 @@ class TransformedModel:
     ) -> np.ndarray:
         """J^T (h + M J' u) at states, by rates u there (states, n) or (n,)."""
         u = np.broadcast_to(u, at.x.shape)
-        bias = _ask(self.model, "bias", at.q, multiply(jacobians, u))
+        bias = ask(self.model, "bias", at.q.shape, at.q, multiply(jacobians, u))
         if mass is not None:
             bias = bias + multiply(mass, np.array(list(map(self.frame.drift, at.x, u))))
         return multiply(jacobians.swapaxes(1, 2), bias)
-
-
-def _ask(model: Model, method: str, *given: np.ndarray) -> np.ndarray:
-    """The answers of a model's method at states, the first axis of all that is given."""
-    answer: Callable[..., np.ndarray] = getattr(model, method)
-    if model.takes_many_states:
-        return answer(*given)
-    return np.array([answer(*state) for state in zip(*given, strict=True)])
 
 
 def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
@@ -189,7 +184,7 @@ Answer = Callable[[SuppliedEquations, UserState, np.ndarray], np.ndarray]
 
 def _ask_part(part: str, source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
     given = {"t": state.t, "x": state.x, "v": state.u, "torque": state.torque}
-    return getattr(source, part)(*(given[name] for name in TAKES[part]))
+    return source.answer(part, given)
 
 
 def _rate_terms(source: SuppliedEquations, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -317,6 +312,11 @@ class VerificationProblem:
         return build_frame(self.equations.coordinates, self.case.arm)
 
     @cached_property
+    def bound(self) -> SuppliedEquations:
+        """The equations on the user's arm. Raises InputError."""
+        return bind_equations(self.equations, self.case.arm, self.frame)
+
+    @cached_property
     def states(self) -> tuple[UserState, ...]:
         """The states at which everything is asked: random ones, then corners of mesh laws."""
         return draw_states(self.frame, self.case, self.count, self.seed)
@@ -405,7 +405,7 @@ def ask_functions(
 
     Raises InputError for an answer that cannot be used, and where all parts raise the same.
     """
-    parts = list_given_parts(problem)
+    parts = sorted(problem.bound.given)
     tasks = {part: problem.ask_equations(PART_OF.get(part, part)) for part in parts}
     results = run_tasks(workers, list(dict.fromkeys(tasks.values())), progress)
     failed_parts = dict[str, Failure]()
@@ -439,7 +439,7 @@ def skip_dependent_tasks(
     problem: VerificationProblem, tasks: Iterable[ModelTask], failed_parts: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
     """The tasks that would call a function that does not come back, each with the reason."""
-    given = list_given_parts(problem)
+    given = problem.bound.given
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "gravity", "force")
@@ -463,8 +463,3 @@ def skip_dependent_tasks(
         if reasons:
             skipped_tasks[task] = reasons[0]
     return skipped_tasks
-
-
-def list_given_parts(problem: VerificationProblem) -> list[str]:
-    """The parts that are functions of the user's own."""
-    return sorted(bind_equations(problem.equations, problem.case.arm, problem.frame).given)

@@ -30,7 +30,6 @@ from crosscheck.trial.arms.model import make_registry_entry, select_switches
 from crosscheck.trial.arms.questions import (
     VerificationProblem,
     ask_functions,
-    list_given_parts,
     make_experiment,
     skip_dependent_tasks,
 )
@@ -291,7 +290,7 @@ class ArmSubject(TrialSubject):
     def measure_errors(self, level: str) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """By part, the relative error of each entry from a level, and what is allowed."""
         here = self._compare(level)
-        made = {"force"} - {*list_given_parts(self.problem)}  # of gravity and torques
+        made = {"force"} - self.problem.bound.given  # of gravity and torques
         errors = {part: each for part, each in here.relative_errors.items() if part not in made}
         given = self.results.get(self.problem.ask_equations("acceleration"))
         right = self.problem.find_right(level, "acceleration")
@@ -307,9 +306,8 @@ class ArmSubject(TrialSubject):
             others = f"{count} other arm{'s' * (count > 1)}"
             where = f"also on {others}, to catch errors that equal values here would hide"
         yield f"compared in {', '.join(self.problem.names)}, {where}"
-        equations = self.problem.equations
-        yield from bind_equations(equations, self.problem.case.arm, self.problem.frame).readings
-        table = equations.table
+        yield from self.problem.bound.readings
+        table = self.problem.equations.table
         if table is not None and table.precision:
             single = table.precision == SINGLE
             precision = "single precision" if single else "fewer digits than a double has"
@@ -334,7 +332,7 @@ class ArmSubject(TrialSubject):
 def _describe_default_force(problem: VerificationProblem) -> str:
     """What is lacking in a force that is not given, of an arm with friction; else ''."""
     friction = [each.friction_N_m_s_per_rad for each in problem.case.arm.joints]
-    bound = bind_equations(problem.equations, problem.case.arm, problem.frame)
+    bound = problem.bound
     if "force" in bound.given or FRICTION in bound.left or not any(friction):
         return ""
     listed = ", ".join(f"{each:g}" for each in friction)

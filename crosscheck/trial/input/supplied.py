@@ -13,6 +13,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.calls import (
+    TAKES,
+    Arguments,
     MotorCall,
     NamedCall,
     add_motors,
@@ -68,6 +70,12 @@ class SuppliedEquations:
             f"{part} {READINGS[part, held]}{judged.get(held, '')}"
             for part, held in sorted(self.held)
         ]
+
+    def answer(self, part: str, arguments: Arguments) -> np.ndarray:
+        """The answer of a method to those of the arguments that it takes."""
+        takes = TAKES["force" if part == "whole_force" else part]
+        answer: np.ndarray = getattr(self, part)(*(arguments[name] for name in takes))
+        return answer
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""

@@ -12,7 +12,8 @@ import numpy as np
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
 from crosscheck.models.robot.urdf import roll_pitch_yaw
-from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls
+from crosscheck.trial.coordinates.functions import map_calls
+from crosscheck.trial.coordinates.robots import build_robot_frame
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.loading import build_robot_equations
 from crosscheck.trial.result import Trial

@@ -225,12 +225,12 @@ def ask(
         }
     holds_friction = _remove_friction(answers, blocks, friction)
     whole = answers.get("inverse_dynamics")
+    weights = AnalyticRobot(robot, "links").gravity(states.q)
+    has_weights = bool((np.abs(weights) > TOLERANCE * sizes.gravity).any())
     nonlinear = _split_nonlinear_effects(answers, sizes) if "gravity" not in outcomes else {}
     answers |= nonlinear
     values = {quantity: part_blocks[HERE] for quantity, part_blocks in answers.items()}
-    derived = (
-        {} if whole is None else _derive_values(whole, sizes, _has_weights(robot, states, sizes))
-    )
+    derived = {} if whole is None else _derive_values(whole, sizes, has_weights)
     sources = {quantity: quantity for quantity in values}
     sources |= {quantity: "inverse_dynamics" for quantity in derived if quantity not in values}
     if "coriolis" in outcomes and "bias" in values:
@@ -246,9 +246,11 @@ def ask(
     weightless = whole is not None and "gravity" not in derived
     values = derived | values
     torques = states.torques - (0 if holds_friction else friction.torques(states.v))
-    driven = {"gravity", "force"} <= set(values) and not _holds_weights(
-        values["force"] - torques, robot, states, sizes
-    )
+    driven = False
+    if {"gravity", "force"} <= set(values):
+        pushed = values["force"] - torques
+        with_them, without = (np.abs(x / sizes.force).sum() for x in (pushed + weights, pushed))
+        driven = not with_them < without  # the force is no nearer to the weights than to 0
     return RobotAnswers(
         values, again, sources, other_speeds, failures, weightless, driven, holds_friction
     )
@@ -329,21 +331,6 @@ def make_blocks(part: str, states: RandomStates, sizes: RobotSizes) -> dict[Bloc
             a[:, joint] = sizes.unit_accelerations[:, joint]
             blocks[joint,] = states._replace(v=0 * states.v, a=a)
     return blocks
-
-
-def _holds_weights(
-    force: np.ndarray, robot: Robot, states: RandomStates, sizes: RobotSizes
-) -> bool:
-    """Whether a force less the motors' torques (states, n) is nearer to the weights than to 0."""
-    weights = AnalyticRobot(robot, "links").gravity(states.q)
-    with_them, without = (np.abs(each / sizes.force).sum() for each in (force + weights, force))
-    return bool(with_them < without)
-
-
-def _has_weights(robot: Robot, states: RandomStates, sizes: RobotSizes) -> bool:
-    """Whether the weights of a robot need any torques."""
-    weights = AnalyticRobot(robot, "links").gravity(states.q)
-    return bool((np.abs(weights) > TOLERANCE * sizes.gravity).any())
 
 
 def _derive_values(whole: Blocks, sizes: RobotSizes, weigh: bool) -> dict[str, np.ndarray]:

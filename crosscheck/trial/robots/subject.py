@@ -16,7 +16,8 @@ from crosscheck.registry import Entry, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.robots import build_robot_frame, map_calls, place_states
+from crosscheck.trial.coordinates.functions import map_calls
+from crosscheck.trial.coordinates.robots import build_robot_frame, place_states
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.loading import require_robot_equations
 from crosscheck.trial.judge.entries import LevelDistance

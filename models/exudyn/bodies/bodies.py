@@ -109,6 +109,7 @@ class ExudynBodies(ArmModel):
 
     name, level = "exudyn:bodies", "geared"
     abilities = frozenset({*STATE_ABILITIES, "simulate", "constraint_residual"})
+    takes_many_states = False
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None

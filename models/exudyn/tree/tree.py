@@ -45,6 +45,7 @@ class ExudynTree(ArmModel):
 
     name, level = "exudyn:tree", "geared"
     abilities = frozenset({*STATE_ABILITIES, "simulate", "mesh_modes"})
+    takes_many_states = False
     model: ExudynRobot
 
     def __init__(
@@ -52,7 +53,7 @@ class ExudynTree(ArmModel):
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
         self.model = ExudynRobot(*self.find_robot(), self.switches)
-        self.from_paper = self.model.rows[:, self._back]
+        self.from_paper = self.model.rows[:, self.back]
 
     @cached_property
     def _driven_engine(self) -> Engine:
