@@ -159,6 +159,8 @@ def _split(
     bias, force = [sp.Integer(0)] * len(forcing), [sp.Integer(0)] * len(forcing)
     for row, entry in enumerate(forcing):
         try:
+            if _list_variations(entry):
+                raise sp.PolynomialError
             terms = sp.Poly(entry, *v).terms()
         except sp.PolynomialError:
             opposite = entry.xreplace({rate: -rate for rate in v})
@@ -310,10 +312,14 @@ def _make_function(
 
 def _list_symbols(matrix: sp.ImmutableMatrix) -> set[sp.Symbol]:
     """The symbols of a matrix, but for those of variations, which may depend on fewer."""
-    if not any(getattr(each, "is_variation", False) for each in matrix.atoms(sp.Function)):
-        return matrix.free_symbols
-    known = matrix.replace(lambda each: getattr(each, "is_variation", False), lambda *_: sp.S.Zero)
-    return known.free_symbols
+    zeros = dict.fromkeys(_list_variations(matrix), sp.S.Zero)
+    return (matrix.xreplace(zeros) if zeros else matrix).free_symbols
+
+
+def _list_variations(expression: Any) -> list[sp.Expr]:
+    """What stands for a change of an expression that is not known yet (trial.source.variations)."""
+    functions = expression.atoms(sp.Function)
+    return [each for each in functions if getattr(each, "is_variation", False)]
 
 
 @lru_cache(maxsize=64)

@@ -46,8 +46,8 @@ class _Enough(BaseException):
 class Extent(NamedTuple):
     """What differences consist of: their elements, and what these depend on."""
 
-    elements: frozenset[tuple[int, Element]] = frozenset()
-    variables: frozenset[Any] = frozenset()
+    elements: frozenset[tuple[int, Element]]
+    variables: frozenset[Any]
 
 
 @dataclass(eq=False)
@@ -251,6 +251,7 @@ class Derivation:
             if id(node) in self.tree.places and self.tree.has_run(node, self.tree.lines)
         }
         evaluations, variables = dict[int, int](), dict[int, set[Any]]()
+        listed = dict[int, set[tuple[int, Element]]]()
         varied, fixed = set[int](), set[int]()
 
         def hook(key: int, evaluate: Thunk) -> Any:
@@ -260,8 +261,10 @@ class Derivation:
             except TypeError:
                 fixed.add(key)
                 return value
+            number = evaluations.get(key, 0)
             variables.setdefault(key, set()).update(list_variables(elements.values()))
-            evaluations[key] = evaluations.get(key, 0) + 1
+            listed.setdefault(key, set()).update((number, at) for at in elements if elements[at])
+            evaluations[key] = number + 1
             if not _is_coordinate(value) and not _is_axis(value):
                 varied.add(key)
             return value
@@ -284,7 +287,7 @@ class Derivation:
                 # No rates in an expression of coordinates, and none of both among constants.
                 fit = frozenset(each for each in known if _measure_order([each]) <= order)
                 constants = frozenset(each for each in known if times and each.is_Symbol)
-                extent = Extent(variables=fit if own else constants)
+                extent = Extent(frozenset(listed[key]), fit if own else constants)
                 places[key] = Place(nodes[key], evaluations[key], constants | (own - times), extent)
         return places
 

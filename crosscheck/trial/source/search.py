@@ -62,7 +62,7 @@ MOST_PAIRS = 60  # pairs with the right sum that are judged
 PAIRS_S = 4.0  # [s] of processor time, of their judging
 MOST_COMPILED = 64  # edits that share a compilation
 MOST_VARIED = 512  # those of a derivation, whose differences are worked out in one run
-DEFERRED_S = 1.0  # [s] of processor time, after each rank, of edits that are derived anew
+DEFERRED_S = 0.5  # [s] of processor time, after each rank, of edits that are derived anew
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 
 
