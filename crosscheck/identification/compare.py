@@ -156,9 +156,7 @@ class SideResult:
 
     @property
     def seen(self) -> tuple[TermEstimate, ...]:
-        """Rotors that the record needs."""
-        if not self.is_excited:
-            return ()
+        """Rotors that the record needs, of a motion that shows every parameter."""
         return tuple(
             each
             for each in self.rotors
@@ -646,7 +644,7 @@ def _judge_side(problem: _Problem, bandwidth: float, knowledge: Knowledge) -> Si
         excitation=excitation,
         refinement=(
             refine(_record_torque(problem, samples, full), knowledge)
-            if problem.links == "identified" and knowledge.is_anything
+            if problem.links == "identified" and knowledge.is_asked and not knowledge.lacks_size
             else None
         ),
     )

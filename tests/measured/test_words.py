@@ -12,6 +12,7 @@ from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
+from crosscheck.identification.refinement import Knowledge
 from crosscheck.identification.restrictions import FileJudgement, Restriction, _apply, flag_friction
 from crosscheck.identification.terms import TermEstimate, TermKind, TorqueTerm
 from crosscheck.models.loading import load_arm
@@ -139,6 +140,26 @@ def test_an_arm_without_gears_has_no_rotors_to_distinguish():
     assert lines[0].startswith("The motion hardly shows a, b, c, ")
     assert not messages._has_gears(PlanarArm(make_plain_arm("plain", 2)))
     assert messages._has_gears(LABELLED)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_what_is_off_either_way_is_named(way):
+    late, off = replace(DELAY, value=way * DELAY.value), replace(FACTOR, value=1 + way / 4)
+    shown = made(select=lambda kind: [late if kind == "delay" else off], threshold=4.0)
+    assert vars(compare.SideResult)["delay"].fget(shown) == late
+    assert vars(compare.SideResult)["wrong_factors"].fget(shown) == (off,)
+
+
+def test_gains_of_drives_are_decided_by_links_of_a_known_size_alone():
+    sides = [side(refinement=None), side(refinement=None, links="scaled", is_excited=False)]
+    for links, is_decided in ((0.1, True), (None, False)):
+        asked = made(knowledge=Knowledge(links, frozenset({"gains"})), sides=sides)
+        assert vars(compare.RecordComparison)["is_decided"].fget(asked) is is_decided
+
+
+def test_no_run_has_a_payload_that_the_files_do_not_have():
+    loaded = made(knowledge=Knowledge(payloads=(np.ones(10),)), judged_sides=[None])
+    assert not list(compare._run_best(loaded))
 
 
 @pytest.mark.parametrize(
