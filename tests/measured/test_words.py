@@ -152,8 +152,10 @@ def test_what_is_off_either_way_is_named(way):
 
 def test_gains_of_drives_are_decided_by_links_of_a_known_size_alone():
     sides = [side(refinement=None), side(refinement=None, links="scaled", is_excited=False)]
-    for links, is_decided in ((0.1, True), (None, False)):
-        asked = made(knowledge=Knowledge(links, frozenset({"gains"})), sides=sides)
+    held = np.zeros(10), np.ones(10)  # nothing, and a payload
+    for links, payloads, is_decided in ((0.1, (), True), (None, (), False), (None, held, True)):
+        knowledge = Knowledge(links, frozenset({"gains"}), payloads=payloads)
+        asked = made(knowledge=knowledge, sides=sides)
         assert vars(compare.RecordComparison)["is_decided"].fget(asked) is is_decided
 
 
@@ -175,6 +177,7 @@ def test_units_are_suspected_and_nothing_else_concluded(factor, step, suspected)
     doubtful.is_fitting = False
     said = messages.suspect_units(doubtful)
     assert suspected in said
+    assert bool(suspected) == bool(said)
     assert not said or (messages.describe_answers(doubtful), output._select_sides(doubtful)) == (
         [said],
         (),
@@ -378,6 +381,7 @@ def test_a_change_that_explains_nothing_may_be_the_likeliest():
     assert judgement.likeliest is UNLIKELY
     assert _apply(LABELLED, PAYLOAD, IMPOSSIBLE.estimates) is None
     assert judgement.compare(WRONG, judgement.likeliest) == pytest.approx(101.0)
+    assert judgement.compare(replace(WRONG, surprise=1e4), BEST) == pytest.approx(np.exp(690.0))
 
 
 def test_friction_is_flagged_where_it_is_not_the_files():
@@ -389,6 +393,7 @@ def test_friction_is_flagged_where_it_is_not_the_files():
         for value, is_flagged in ((more, True), (less, False)):
             rubs = replace(BEST, estimates=(TermEstimate(term, value, 0.1, 0.2),))
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
+    assert not flag_friction(replace(BEST, estimates=(DELAY,)), robot, 4.0)
 
 
 @pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])

@@ -237,4 +237,5 @@ def test_axes_of_a_drawing_have_the_scales_of_their_points():
     for axis in (first.xaxis, second.yaxis):
         assert [text.get_text() for text in axis.get_ticklabels()] == words
     assert curve.get_xscale() == "log"
+    assert not plot._is_logarithmic(np.array([-1.0, 0.0, 1.0]))
     assert len(curve.get_yticks()) > 0
