@@ -150,18 +150,14 @@ def test_what_is_off_either_way_is_named(way):
     assert vars(compare.SideResult)["wrong_factors"].fget(shown) == (off,)
 
 
-def test_gains_of_drives_are_decided_by_links_of_a_known_size_alone():
+def test_gains_are_decided_by_links_or_a_payload_which_no_file_has():
     sides = [side(refinement=None), side(refinement=None, links="scaled", is_excited=False)]
     held = np.zeros(10), np.ones(10)  # nothing, and a payload
     for links, payloads, is_decided in ((0.1, (), True), (None, (), False), (None, held, True)):
         knowledge = Knowledge(links, frozenset({"gains"}), payloads=payloads)
         asked = made(knowledge=knowledge, sides=sides)
         assert vars(compare.RecordComparison)["is_decided"].fget(asked) is is_decided
-
-
-def test_no_run_has_a_payload_that_the_files_do_not_have():
-    loaded = made(knowledge=Knowledge(payloads=(np.ones(10),)), judged_sides=[None])
-    assert not list(compare._run_best(loaded))
+    assert not list(compare._run_best(made(knowledge=knowledge, judged_sides=[None])))
 
 
 @pytest.mark.parametrize(

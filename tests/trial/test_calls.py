@@ -132,6 +132,7 @@ def test_what_follows():
     assert by_inverse.has == {"inverse_dynamics", "mass_matrix", "bias"}
     np.testing.assert_allclose(by_inverse.mass_matrix(X), MASS)
     np.testing.assert_allclose(by_inverse.bias(X, V), BIAS)
+    assert of(force=lambda q: q, any_scenario=True).motors == (0, 1)  # the drive may be in it
     alone = of(mass_matrix=mass)
     assert alone.has == {"mass_matrix"}
     for call in (lambda: alone.bias(X, V), lambda: alone.force(0.0, X, V, TORQUE)):
@@ -158,10 +159,6 @@ def test_what_a_function_does_to_its_arguments_does_no_harm():
 def test_a_number_of_either_sign_is_found_in_a_functions_file():
     found = [has_literal(Equations(bias=inverse), "bias", each) for each in (30.0, -30.0, 60 / 7)]
     assert found == [True, True, False]
-
-
-def test_the_drive_may_be_a_part_of_equations_that_are_made_for_a_scenario():
-    assert of(force=lambda q: q, any_scenario=True).motors == (0, 1)
 
 
 def test_one_joint_may_answer_numbers():
