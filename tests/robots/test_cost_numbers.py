@@ -134,6 +134,10 @@ def test_coupling_below_a_least_factor_is_negligible_at_any_ratio():
     own = found("oblique")
     small = replace(own, by_joint=[replace(each, share=0.004) for each in own.by_joint], factor=0.6)
     said = "\n".join(output._describe_coupling(small))
+    assert "the only number that" in output.cost_page(replace(own, ratios=()))
+    output.draw_torques(replace(own, torques=0 * own.torques))  # of a motion that needs none
+    nothing = own.motion.at(own.time[:3]), 0 * own.largest, [*own.names]
+    assert shortcuts._compute_rotor_shares(own.robot, *nothing)[1] == shortcuts.MOST_FACTOR
     assert not [*output.describe_direct_joints(replace(own, robot=robot("staged")))]
     bare = replace(own.robot, rotors=())
     assert not [
