@@ -39,6 +39,7 @@ from crosscheck.report.formatting import (
     format_percent,
     format_rounded,
     format_unit,
+    list_first,
 )
 from crosscheck.report.html import render_report_page
 from crosscheck.report.matrix import collect_cells, common_digits, group_models
@@ -131,6 +132,15 @@ AGREEMENTS: dict[str, list[Finding]] = {
     "a level that is geared": [
         *(off("links", 0.2), off("coupled", 0.0), off("coupled", 0.0, quantity="torque"))
     ],
+    "levels of one package": [
+        check(about("states", CASE, "bias", "analytic:links", LEAD), 1.0, 9.0)
+    ],
+    "a run that differs": [
+        *(FINDINGS[0], check(about("same-step", "pd", "theta", LEAD, GEARS), 4e-9, 1e-8, 1e-3))
+    ],
+    "a level that differs elsewhere": [
+        *(off("coupled", 0.0), off("coupled", 0.0, quantity="torque"), off("coupled", 0.3, "pd"))
+    ],
     "a run alone": [RUN],
     "a run and states": [RUN, FINDINGS[0]],
     "a tip off by nothing": [*FINDINGS, off("links", 0.0)],
@@ -202,11 +212,18 @@ def test_of_each_kind_the_tightest_check_is_listed_the_worst_verdict_first():
     rows = [(r.finding.about.key.family, r.measured, r.share) for r in listed.tightest]
     states, momentum = ("states", "5e-13", "50 %"), ("momentum", "1e-09", "12 %")
     assert rows == [("same-step", "4e-09 rad", "20 times"), states, momentum]
+    assert sum({LEAD, GEARS} <= {*each.title.split()} for each in listed.groups) == 1
 
 
 @pytest.mark.parametrize(
     ("measured", "shown"),
-    [(0.0, format_percent(0.0)), (0.25, "25 %"), (1.0, "100 %"), (math.inf, ""), (math.nan, "")],
+    [
+        (0.0, format_percent(0.0)),
+        (0.25, "25 %"),
+        (2e6, "over a million times"),
+        (math.inf, ""),
+        (math.nan, ""),
+    ],
 )
 def test_a_row_says_which_part_of_its_tolerance_was_measured(measured, shown):
     about = Subject(ComparisonKey("r", "pd", "theta", "a", "b"), "rad", "largest")
@@ -258,6 +275,7 @@ NAN = float("nan")
             {1.0: "1 m", 0.99: "990 mm", -2.345: "-2.35 m", 1e-5: "0.01 mm", 9.9e-6: "9.9 µm"}
             | {4.46e-13: "less than 1 nm", 1.2e-9: "0.0012 µm", 0.0: "0 µm"},
         ),
+        (list_first, {"abcde": "a, b, c, d, e", "abcdef": "a, b, c, d, e and 1 more"}),
         (format_number, {1234.5: "1.23e+03", 0.0: "0", None: ""}),
         (format_unit, {"1": "", "rad s-1": "rad/s", "m s-2": "m/s²", "N m s-1 m-1": "N m/s m-1"}),
         (common_digits, {1e-16: 16.0, 0.0: 16.0, 1e-15: 15.0, 0.01: 2.0, 1.0: 0.0, 30.0: 0.0}),
