@@ -16,12 +16,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models import inputs
 from crosscheck.models.errors import InputError
-from crosscheck.recordings.record import (
-    Record,
-    describe_gaps,
-    read_record,
-    require_even_enough,
-)
+from crosscheck.recordings.record import Record, describe_gaps, read_record, require_even_enough
 from crosscheck.recordings.smoothing import check_rates
 from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.test_bad_input import assert_one_line

@@ -16,7 +16,7 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report import html
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.rendering import capitalize_sentence, keep_together
+from crosscheck.report.rendering import add_contents, capitalize_sentence, keep_together
 from crosscheck.run import CrossCheck
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.term_words import describe_point_masses, describe_unfollowed
@@ -39,6 +39,11 @@ def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     depths = [cell.depth for cell in found.cells[0]]
     assert depths == [None, None, 0, 0, 0, 33, 67, 67, 100, 100]  # no step at 1 %
     assert found.described == "M: 80 of 100 entries differ"
+
+
+def test_sections_of_a_page_have_one_list_of_links():
+    page = add_contents("<h2>A</h2>\n" * 3)
+    assert (page.count('id="contents"'), page.count('"#section-2">A</a>')) == (1, 1)
 
 
 def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
