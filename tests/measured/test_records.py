@@ -239,10 +239,7 @@ UNEVEN = {
         *(1732000000.613, 1732000000.623, 1732000000.622)
     ],
     "r.csv: time, data row 5 = 3.03: is 3 s after the row before; cut the record"
-    " where it has gaps": [
-        *(0.0, 0.01, 0.02, 0.03, 3.03),
-        *(3.03 + 0.01 * np.arange(1, 40)),
-    ],
+    " where it has gaps": [*(0.0, 0.01, 0.02, 0.03, 3.03), *(3.03 + 0.01 * np.arange(1, 40))],
 }
 
 
