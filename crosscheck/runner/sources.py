@@ -73,7 +73,7 @@ def _find_file(module: str) -> Path | None:
     if module in sys.modules:
         file = getattr(sys.modules[module], "__file__", None)
     else:
-        spec = find_spec(module) if find_spec(module.partition(".")[0]) else None
+        spec = find_spec(module)
         file = spec.origin if spec else None
     return Path(file) if file else None
 
