@@ -155,8 +155,8 @@ def test_gains_are_decided_by_links_or_a_payload_which_no_file_has():
     held = np.zeros(10), np.ones(10)  # nothing, and a payload
     for links, payloads, is_decided in ((0.1, (), True), (None, (), False), (None, held, True)):
         knowledge = Knowledge(links, frozenset({"gains"}), payloads=payloads)
-        asked = made(knowledge=knowledge, sides=sides)
-        assert vars(compare.RecordComparison)["is_decided"].fget(asked) is is_decided
+        compared = made(knowledge=knowledge, sides=sides)
+        assert vars(compare.RecordComparison)["is_decided"].fget(compared) is is_decided
     assert not list(compare._run_best(made(knowledge=knowledge, judged_sides=[None])))
 
 
