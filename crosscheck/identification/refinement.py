@@ -70,7 +70,7 @@ class Knowledge(NamedTuple):
         return "gains" in self.unknown and self.links is None and not differ
 
     @property
-    def is_asked(self) -> bool:
+    def has_questions(self) -> bool:
         """Whether links are known to a share, or there are questions beyond the files' numbers."""
         return self.links is not None or bool(self.unknown)
 
