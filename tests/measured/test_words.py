@@ -392,7 +392,7 @@ def test_friction_is_flagged_where_it_is_not_the_files():
     assert not flag_friction(replace(BEST, estimates=(DELAY,)), robot, 4.0)
 
 
-@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])
+@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.09, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])
 def test_runs_say_whether_they_stay(stays, snapshot: SnapshotAssertion):
     windows = [made(stays_s=each, time=[1.0, 3.0], within=1.0) for each in stays]
     compared = made(windows=windows, mechanism=made(noun="robot"))
