@@ -47,6 +47,7 @@ def test_a_level_is_named_where_it_is_a_hundred_times_likelier(apart, surprise, 
     found = Refinement(Knowledge(0.5, are_possible=True), fits)
     assert found.level == level
     assert found.is_decided == (level is not None)
+    assert not replace(found, fits=(replace(fits[0], settled=False), fits[1])).is_decided
 
 
 def test_bodies_without_mass_and_thin_ones_are_at_the_border():

@@ -220,7 +220,7 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
         read = read_answers(file, TableColumns(2, TableTrial.parts, {}, 7))
         assert (read.answers["mass_matrix"] == M.reshape(-1, 4)).all()
         assert read.precision == 0.0
-    file.write_bytes(encode_mat_file({"row": ROW, "M": np.arange(4 * ROWS).reshape(-1, 4)}))
+    file.write_bytes(encode_mat_file({"row": ROW.T, "M": np.arange(4 * ROWS).reshape(-1, 4)}))
     read = read_answers(file, TableColumns(2, TableTrial.parts, {}, 1))
     assert read.answers["mass_matrix"][1, 0] == 4
 
