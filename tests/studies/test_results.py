@@ -241,4 +241,5 @@ def test_axes_of_a_drawing_have_the_scales_of_their_points():
         assert [text.get_text() for text in axis.get_ticklabels()] == words
     assert curve.get_xscale() == "log"
     assert not plot._is_logarithmic(np.array([-1.0, 0.0, 1.0]))
+    assert plot._axis_label(xr.DataArray(0, name="play_m", attrs={"units": "m"})) == "play [m]"
     assert len(curve.get_yticks()) > 0
