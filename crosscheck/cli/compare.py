@@ -65,10 +65,9 @@ def compare_command(
         transmission = transmission_matrix(description, count)
         knowledge = find_knowledge(description, mechanism.robot, record)
     else:
-        records = (read_record(record, count, topic, joints, mechanism.robot.slides),)
-        transmission, knowledge = np.eye(count), Knowledge()
-    for each in records:
-        check_rates(each)
+        alone = read_record(record, count, topic, joints, mechanism.robot.slides)
+        check_rates(alone)
+        records, transmission, knowledge = (alone,), np.eye(count), Knowledge()
     for chosen in selection.scenarios:
         records = tuple(add_drive_torques(each, chosen) for each in records)
     for each in records:

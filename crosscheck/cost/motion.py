@@ -192,7 +192,7 @@ def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
         number = model.robot.coordinates[column]
         joint, held, more = model.robot.joints[number], weight[:, column], rest[:, column]
         effort = joint.limits.effort
-        if np.isfinite(effort) and (np.abs(held) < effort).all():
+        if (np.abs(held) < effort).all():
             needed = np.abs(more) / (effort - np.sign(more) * held)
             factor = float(np.sqrt(needed.max()))
             if factor > longest:

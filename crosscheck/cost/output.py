@@ -313,7 +313,7 @@ def cost_json(costs: ShortcutCosts) -> str:
                 "right": engine_of(each.right),
                 "measured": each.measured,
                 "tolerance": each.tolerance,
-                "failure": "" if each.measured is not None else each.note,
+                "failure": each.note,
                 "size": SIZE_WORDS[each.quantity],
             }
             for each in costs.agreement

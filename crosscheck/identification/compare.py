@@ -156,9 +156,7 @@ class SideResult:
 
     @property
     def seen(self) -> tuple[TermEstimate, ...]:
-        """Rotors that the record needs."""
-        if not self.is_excited:
-            return ()
+        """Rotors that the record needs, of a motion that shows every parameter."""
         return tuple(
             each
             for each in self.rotors
@@ -272,7 +270,7 @@ class RecordComparison:
     @property
     def is_decided(self) -> bool:
         """Whether the files explain the torques; with more questions, whether all are decided."""
-        if not self.knowledge.is_asked:
+        if not self.knowledge.has_questions:
             return self.is_explained
         return (
             bool(self.sides)
@@ -344,7 +342,7 @@ def compare(
                 problem = _Problem(robot, samples, side)
                 bandwidth = problem.choose_bandwidth(widest)
                 judged = _judge_side(problem, bandwidth, knowledge)
-        if not knowledge.is_asked:
+        if not knowledge.has_questions:
             progress("judging the file's numbers", number, len(chosen) + 1)
             judged = replace(judged, judgement=_judge_file(problem, mechanism, judged))
         scaled = _Problem(robot, problem.samples, side, "scaled")
@@ -646,7 +644,9 @@ def _judge_side(problem: _Problem, bandwidth: float, knowledge: Knowledge) -> Si
         excitation=excitation,
         refinement=(
             refine(_record_torque(problem, samples, full), knowledge)
-            if problem.links == "identified" and knowledge.is_anything
+            if problem.links == "identified"
+            and knowledge.has_questions
+            and not knowledge.lacks_size
             else None
         ),
     )

@@ -70,14 +70,9 @@ class Knowledge(NamedTuple):
         return "gains" in self.unknown and self.links is None and not differ
 
     @property
-    def is_asked(self) -> bool:
+    def has_questions(self) -> bool:
         """Whether links are known to a share, or there are questions beyond the files' numbers."""
         return self.links is not None or bool(self.unknown)
-
-    @property
-    def is_anything(self) -> bool:
-        """Whether a refinement may have an answer."""
-        return self.links is not None or (bool(self.unknown) and not self.lacks_size)
 
 
 @dataclass(frozen=True)
@@ -189,12 +184,7 @@ class Refinement:
 
 
 def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
-    """Estimate with what is known: at armature, and at coupled where the file has rotors.
-
-    Gains are left out where nothing has a known size.
-    """
-    if knowledge.lacks_size:
-        knowledge = knowledge._replace(unknown=knowledge.unknown - {"gains"})
+    """Estimate with what is known: at armature, and at coupled where the file has rotors."""
     levels: list[Level] = ["armature"]
     if knowledge.links is not None and record.robot.rotors and not record.robot.stages:
         levels.append("coupled")

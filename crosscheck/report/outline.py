@@ -49,8 +49,7 @@ class ReportOutline:
 def outline_arm(arm: Arm) -> ReportOutline:
     """The outline of the report on an arm."""
     home = engine_of(reference_model())  # the derivation, with rigid models of its own
-    # At levels that other engines have too.
-    derived = [n for n in model_names("rigid") if engine_of(n) == home and MODELS[n].level]
+    derived = [n for n in model_names("rigid") if engine_of(n) == home]
     names = (*model_names("form"), reference_model(), *derived)
     quantities = {"mass_matrix": "mass matrix", "acceleration": "acceleration"}
     quantities["theta"] = "joint angle"

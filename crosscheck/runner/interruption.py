@@ -77,7 +77,7 @@ def finish_before_interrupt() -> Iterator[None]:
         yield
     finally:
         _hold_marks.pop()
-        if _pending_signals and not _hold_marks:
+        if _pending_signals:
             _stop(_pending_signals[0], None)
 
 

@@ -45,4 +45,4 @@ class TimeEstimate:
         """Estimated time that is left [s]; None before enough is done."""
         if self.done <= ENOUGH * self.whole:
             return None
-        return max(0.0, self.whole - self.done) * (time.monotonic() - self.began) / self.done
+        return (self.whole - self.done) * (time.monotonic() - self.began) / self.done

@@ -35,7 +35,6 @@ def find_source_files(*modules: str) -> list[Path]:
     """The files of these modules and of all that they import, sorted."""
     paths = {path for path in map(_find_file, modules) if path is not None}
     waiting = [name for path in paths for name in find_imports(path)]
-    waiting += [module.rpartition(".")[0] for module in modules]  # their packages
     while waiting:
         module = waiting.pop()
         path = find_project_file(module)
@@ -74,7 +73,7 @@ def _find_file(module: str) -> Path | None:
     if module in sys.modules:
         file = getattr(sys.modules[module], "__file__", None)
     else:
-        spec = find_spec(module) if find_spec(module.partition(".")[0]) else None
+        spec = find_spec(module)
         file = spec.origin if spec else None
     return Path(file) if file else None
 

@@ -95,4 +95,4 @@ def clear(folder: Path) -> int:
 def find_entries(folder: Path) -> list[Path]:
     """Paths of all entries in a folder, sorted. Raises OSError."""
     paths = [path for path in folder.glob("*") if ENTRY.fullmatch(path.name)]
-    return sorted(path for path in paths if path.is_symlink() or not path.is_dir())
+    return sorted(path for path in paths if not path.is_dir())

@@ -159,7 +159,7 @@ class Scenario(Data):
                 f"step_s|is too small: {steps:.3g} steps, at most {format_number(MOST_STEPS)} are"
                 " allowed"
             )
-        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * steps:
             raise ValueError(f"step_s|must divide duration_s = {self.duration_s:g}")
         if self.steps // self.stride > MOST_RECORDS:
             raise ValueError(

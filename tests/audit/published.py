@@ -15,11 +15,7 @@ from tests.views.shown_numbers import QUANTITY, Page, Token
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 # Every kind of experiment of the full plan, in few settings of each reading.
 FEW = StudyPlan(
-    zetas=(0.02,),
-    shaken=(0.02,),
-    backlashes=(5.0, 500.0),
-    errors=(6.3,),
-    back=(0.0, 50.0),
+    zetas=(0.02,), shaken=(0.02,), backlashes=(5.0, 500.0), errors=(6.3,), back=(0.0, 50.0)
 )
 
 

@@ -127,6 +127,7 @@ def test_every_entry_has_an_id_of_its_own_and_words(found):
         assert erratum.derived
         assert (erratum.kind == "equation") == (erratum in found)
     assert {one.id for one in found if one.trial is None} == {"eq15-clearance"}
+    assert all(one.trial is None or one.trial[0] != one.trial[1] for one in found)
 
 
 def test_the_drawn_formulas_are_those_of_the_text(found):

@@ -163,6 +163,7 @@ def test_shelf_reads_a_run_once(tmp_path):
     variant = make_start_variant(CONSTANT, Condition(INTEGRAL, LOW_ZETA), 1)
     first = shelf.load_courses({"one": variant}, 8)["one"]
     assert shelf.load_courses({"one": variant}, 9)["one"] is first
+    assert first.time[-1] == pytest.approx(BRIEF.longest_s)
     assert (shelf.context.study.computed_count, shelf.context.study.cached_count) == (1, 0)
 
 

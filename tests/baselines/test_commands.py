@@ -195,7 +195,7 @@ def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, monk
 
 
 def test_measurements_and_versions_are_properties():
-    made = {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}}
+    made = {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4\x1b"}}
     provenance = record_provenance(load_arm("probe"), 0, True).model_copy(update=made)
     root = ElementTree.fromstring(
         format_junit(Agreement([short.green(), short.measurement("pd", 0.1)], provenance))
@@ -206,9 +206,13 @@ def test_measurements_and_versions_are_properties():
     assert {type(each) for each in simple.values()} >= {int, str, bool}
     assert {name: str(each) for name, each in simple.items()}.items() <= found.items()
     assert found["deviation/pd/theta/a~b"] == "0.1 rad"
-    assert found["version pin"] == "4"
+    assert found["version pin"] == "4\N{REPLACEMENT CHARACTER}"
+    assert root[0].get("timestamp") == "2024-01-02T03:04:05"
     assert not {"arm", "versions"} & set(found)  # no text or number
 
 
-def test_an_agreement_without_findings_is_a_suite_without_tests():
+def test_a_check_is_a_test_whose_name_has_no_packages():
     assert ElementTree.fromstring(format_junit(Agreement([]))).get("tests") == "0"
+    check = make_check(short.about("v1.0", ""), measured=0.0, tolerance=1.0, basis="")
+    (case,) = ElementTree.fromstring(format_junit(Agreement([check]))).iter("testcase")
+    assert case.get("classname") == "v1_0"

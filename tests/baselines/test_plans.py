@@ -143,3 +143,5 @@ def test_arms_that_are_not_the_papers_are_planned_as_what_they_are():
     short = load_scenario("pd").model_copy(update={"duration_s": 0.02})
     rigid = plan.Experiment("short", Case(own, short, usual_switches(own))).run("analytic:coupled")
     assert rigid.case.scenario.step_s == pytest.approx(1e-5)  # 2000 steps of 0.02 s
+    papers = plan.CrossCheckRequest(load_arm("paper-labelled"), chosen=usual_switches(own))
+    assert len(plan.draft_experiments(papers, None)) == 2  # none by other laws

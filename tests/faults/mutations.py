@@ -19,12 +19,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.planning import plan
 from crosscheck.planning.arms import plan_comparisons
-from crosscheck.planning.comparison import (
-    Comparison,
-    ModelTask,
-    Results,
-    collect_tasks,
-)
+from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
 from crosscheck.planning.preparation import prepare_experiments
 from crosscheck.registry import MODELS, load_model_class
 from crosscheck.runner.outcomes import Outcome

@@ -1,10 +1,12 @@
 """Rows, bands and intervals of estimates from torques: closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from crosscheck.identification import estimation
-from crosscheck.identification.bandwidth import choose_bandwidth
+from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
 from crosscheck.identification.estimation import fit_linear, fit_part, joint_rms
 from crosscheck.identification.sampling import space_signals
 from crosscheck.recordings.record import Record
@@ -60,6 +62,8 @@ def test_errors_that_joints_share_do_not_cancel():
     noise = np.random.default_rng(0).standard_normal((ROWS, 1)) * np.ones(2)
     fit = fit_linear(np.ones((ROWS, 2, 1)), noise, np.ones((ROWS, 2), bool), (0, ROWS))
     assert fit.pooled_errors[0] == pytest.approx(1 / np.sqrt(ROWS), rel=0.15)
+    for errors, mean in (([0.0, 2.0, 8.0], 4.0), ([0.0], 1.0)):  # those of zeros count for none
+        assert measure_error(replace(fit, pooled_errors=np.array(errors))) == pytest.approx(mean)
 
 
 def test_a_part_that_is_all_of_a_fit_leaves_what_the_fit_leaves():

@@ -1,5 +1,7 @@
 """Limits of what recordings are said to tell, just within and just beyond; ends of signals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,7 @@ def test_a_level_is_named_where_it_is_a_hundred_times_likelier(apart, surprise, 
     found = Refinement(Knowledge(0.5, are_possible=True), fits)
     assert found.level == level
     assert found.is_decided == (level is not None)
+    assert not replace(found, fits=(replace(fits[0], settled=False), fits[1])).is_decided
 
 
 def test_bodies_without_mass_and_thin_ones_are_at_the_border():
@@ -82,6 +85,13 @@ def test_an_engine_that_is_wrong_is_flagged(factor, verdict):
     apart = np.where(np.abs(given) > np.abs(given).max() / 2, factor, 1.0)
     results = Results({regressor.needs[0].key: expected, regressor.needs[1].key: apart * given})
     assert regressor.finding(results).verdict == verdict
+
+
+def test_engines_may_round_a_torque_that_has_no_terms():
+    own = SpatialRobot(replace(robots.arm(), gravity=np.zeros(3)))
+    planned = next(engines.plan_level(own, own.levels[0], (np.ones((1, 3)), *np.zeros((2, 1, 3)))))
+    answers = {each.key: 1e-14 * place for place, each in enumerate(planned.needs)}
+    assert planned.finding(Results(answers)).verdict == "agree"
 
 
 def test_engines_are_asked_along_the_whole_recording():

@@ -16,7 +16,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models import inputs
 from crosscheck.models.errors import InputError
-from crosscheck.recordings.record import Record, read_record, require_even_enough
+from crosscheck.recordings.record import Record, describe_gaps, read_record, require_even_enough
 from crosscheck.recordings.smoothing import check_rates
 from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.test_bad_input import assert_one_line
@@ -77,6 +77,8 @@ def test_gaps_of_a_record_are_said(record, tmp_path):
     found = read_record(written(replace(record, time=time), tmp_path / "r.csv"), 2)
     (note,) = found.notes
     assert note.startswith("the times have 2 gaps, the widest of 12 usual steps after 0.308 s")
+    (one,) = describe_gaps(np.array([0.0, 1.0, 2.0, 8.0, 9.0]))
+    assert one.startswith("the times have a gap of 6 usual steps after 2 s")
 
 
 @pytest.mark.parametrize(("unit", "is_asked"), [("rad", True), ("deg", False)])
@@ -225,6 +227,7 @@ def test_bad_table_is_one_line(refuse, record, tmp_path, case, snapshot: Snapsho
 
 
 UNEVEN = {
+    "r.csv: time, data row 3: must be a number up to 1e+10 s": [0.0, 0.01, np.nan, 0.03],
     "r.csv: time, data row 4 = 0.01: is before row 3 (0.02); must rise": [
         *(0.0, 0.01, 0.02, 0.01, 0.03)
     ],
@@ -236,10 +239,7 @@ UNEVEN = {
         *(1732000000.613, 1732000000.623, 1732000000.622)
     ],
     "r.csv: time, data row 5 = 3.03: is 3 s after the row before; cut the record"
-    " where it has gaps": [
-        *(0.0, 0.01, 0.02, 0.03, 3.03),
-        *(3.03 + 0.01 * np.arange(1, 40)),
-    ],
+    " where it has gaps": [*(0.0, 0.01, 0.02, 0.03, 3.03), *(3.03 + 0.01 * np.arange(1, 40))],
 }
 
 

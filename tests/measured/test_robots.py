@@ -249,10 +249,11 @@ def record_folder(robot, tmp_path_factory):
     return folder
 
 
-def test_the_command_reads_what_motors_measured(crosscheck, record_folder, tmp_path):
+def test_the_command_reads_what_motors_measured(crosscheck, record_folder, tmp_path, caplog):
     command = ("compare", record_folder / "record.toml", record_folder / "robot.urdf")
     answer = crosscheck(*command, "--json", tmp_path / "found.json", "--out", tmp_path)
     assert answer.code == 1, answer.err  # the URDF has no rotors
+    assert not [each for each in caplog.messages if "in degrees?" in each]  # of many turns
     (line,) = (each for each in answer.out.splitlines() if "do not explain" in each)
     assert "armature of j3" in line
     assert "that j2 and j3 share" not in line  # the torques were made without such a motor

@@ -12,6 +12,7 @@ from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
+from crosscheck.identification.refinement import Knowledge
 from crosscheck.identification.restrictions import FileJudgement, Restriction, _apply, flag_friction
 from crosscheck.identification.terms import TermEstimate, TermKind, TorqueTerm
 from crosscheck.models.loading import load_arm
@@ -141,6 +142,24 @@ def test_an_arm_without_gears_has_no_rotors_to_distinguish():
     assert messages._has_gears(LABELLED)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_what_is_off_either_way_is_named(way):
+    late, off = replace(DELAY, value=way * DELAY.value), replace(FACTOR, value=1 + way / 4)
+    shown = made(select=lambda kind: [late if kind == "delay" else off], threshold=4.0)
+    assert vars(compare.SideResult)["delay"].fget(shown) == late
+    assert vars(compare.SideResult)["wrong_factors"].fget(shown) == (off,)
+
+
+def test_gains_are_decided_by_links_or_a_payload_which_no_file_has():
+    sides = [side(refinement=None), side(refinement=None, links="scaled", is_excited=False)]
+    held = np.zeros(10), np.ones(10)  # nothing, and a payload
+    for links, payloads, is_decided in ((0.1, (), True), (None, (), False), (None, held, True)):
+        knowledge = Knowledge(links, frozenset({"gains"}), payloads=payloads)
+        compared = made(knowledge=knowledge, sides=sides)
+        assert vars(compare.RecordComparison)["is_decided"].fget(compared) is is_decided
+    assert not list(compare._run_best(made(knowledge=knowledge, judged_sides=[None])))
+
+
 @pytest.mark.parametrize(
     ("factor", "step", "suspected"),
     [
@@ -154,6 +173,7 @@ def test_units_are_suspected_and_nothing_else_concluded(factor, step, suspected)
     doubtful.is_fitting = False
     said = messages.suspect_units(doubtful)
     assert suspected in said
+    assert bool(suspected) == bool(said)
     assert not said or (messages.describe_answers(doubtful), output._select_sides(doubtful)) == (
         [said],
         (),
@@ -357,6 +377,7 @@ def test_a_change_that_explains_nothing_may_be_the_likeliest():
     assert judgement.likeliest is UNLIKELY
     assert _apply(LABELLED, PAYLOAD, IMPOSSIBLE.estimates) is None
     assert judgement.compare(WRONG, judgement.likeliest) == pytest.approx(101.0)
+    assert judgement.compare(replace(WRONG, surprise=1e4), BEST) == pytest.approx(np.exp(690.0))
 
 
 def test_friction_is_flagged_where_it_is_not_the_files():
@@ -368,9 +389,10 @@ def test_friction_is_flagged_where_it_is_not_the_files():
         for value, is_flagged in ((more, True), (less, False)):
             rubs = replace(BEST, estimates=(TermEstimate(term, value, 0.1, 0.2),))
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
+    assert not flag_friction(replace(BEST, estimates=(DELAY,)), robot, 4.0)
 
 
-@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.3, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])
+@pytest.mark.parametrize("stays", [(0.3,), (2.0,), (0.09, 0.5, 2.0), (0.3, 2.0), (), (0.09,)])
 def test_runs_say_whether_they_stay(stays, snapshot: SnapshotAssertion):
     windows = [made(stays_s=each, time=[1.0, 3.0], within=1.0) for each in stays]
     compared = made(windows=windows, mechanism=made(noun="robot"))

@@ -17,6 +17,9 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
     colours: dict[str, set] = {}
     if [axes for axes in figure.axes if axes.get_legend()] or len(figure.legends) != 1:
         yield "picture: a legend where curves may be"
+    order = [left.get_ylabel().split("\n")[0] for left in figure.axes[::2]]
+    if order != sorted(order, key=found.names.index):
+        yield f"picture: {order}"
     for left, right in zip(figure.axes[::2], figure.axes[1::2], strict=True):
         name, unit = left.get_ylabel().split("\n")
         joint = found.names.index(name)

@@ -430,6 +430,8 @@ def test_damping_that_is_used_must_be_a_number_that_slows():
         assert fragment in str(error.value)
     used = robot(GOOD.replace(LIMIT, f'<dynamics damping="2"/>{LIMIT}'), friction="from-urdf")
     assert (used.friction.tolist(), used.notes) == ([2.0], ())
+    stated = {"turn": {"kind": "direct", "friction_N_m_s_per_rad": 0.0}}
+    assert robot(used.urdf, stated, friction="from-urdf").friction.tolist() == [0.0]
 
 
 def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
@@ -484,3 +486,5 @@ def test_a_heavy_base_of_several_limbs_is_reported_as_held():
     (told,) = robot(urdf(body, *legs)).notes
     assert told.startswith("link body is fixed to the ground, with its 5 kg")
     assert robot(urdf(body, legs[0])).notes == robot(urdf(link("body"), *legs)).notes == ()
+    foot = joint("ankle", "left", "foot") + link("foot", Solid())
+    assert robot(urdf(body, *legs, foot)).tip == "foot"

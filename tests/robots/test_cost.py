@@ -15,6 +15,7 @@ from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cli.files.template import make_plain_arm, template
 from crosscheck.cost.output import (
     _describe_disagreements,
+    _describe_identity,
     _tabulate_agreement,
     cost_page,
     describe_result,
@@ -73,7 +74,7 @@ def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
 
 def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     angles = np.linspace(0, 0.1, 400)[:, None] * np.ones(3)
-    file = written(tmp_path, np.linspace(0, 0.5, 400), angles, 2)
+    file = written(tmp_path, np.linspace(5, 5.5, 400), angles, 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
     few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2], 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
@@ -85,6 +86,8 @@ def test_a_rotor_that_turns_about_a_fixed_axis_costs_nothing_as_armature():
     text = urdf(link("ground"), link("arm", Solid()), joint("swing", "ground", "arm"))
     lines = describe_result(cost(robot(text, {"swing": geared(9.0)})))
     assert "Counting them as armature only changes no torque." in lines
+    (said,) = _describe_identity(parallel())  # whose other joint has no rotor
+    assert "At every joint the stator" in said
 
 
 def test_names_of_any_characters_are_drawn_and_shown():

@@ -10,6 +10,7 @@ import pytest
 from crosscheck.checks.robot_states import compute_sizes, sample_states
 from crosscheck.cost import output, shortcuts
 from crosscheck.cost.meshes import motor_torques, tip_distances
+from crosscheck.cost.motion import describe_passive
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build_robot_model
@@ -111,7 +112,7 @@ def test_amounts_are_written_as_people_write_them(value, unit, shown):
     ("share", "shown"),
     [
         *((0.0, "0 %"), (1e-7, "below 0.001 %"), (0.00094, "0.094 %"), (0.018, "1.8 %")),
-        *((0.9949, "99 %"), (1.0, "100 %"), (12.34, "1230 %")),
+        *((0.9949, "99 %"), (0.996, "99.6 %"), (1.0, "100 %"), (12.34, "1230 %")),
     ],
 )
 def test_shares_are_written_in_per_cent(share, shown):
@@ -128,8 +129,20 @@ def test_digits_that_programs_share(difference, digits):
 def test_coupling_below_a_least_factor_is_negligible_at_any_ratio():
     """A hundredth is allowed, and a term falls as the ratio rises."""
     terms = [np.array([0.98e-6]), np.array([1.02e-6])]
-    found = [shortcuts._negligible_factor(each, np.zeros(1)) for each in terms]
-    assert found == pytest.approx([0.0, 1.02e-4])
+    found_factors = [shortcuts._negligible_factor(each, np.zeros(1)) for each in terms]
+    assert found_factors == pytest.approx([0.0, 1.02e-4])
+    own = found("oblique")
+    small = replace(own, by_joint=[replace(each, share=0.004) for each in own.by_joint], factor=0.6)
+    said = "\n".join(output._describe_coupling(small))
+    assert "the only number that" in output.cost_page(replace(own, ratios=()))
+    output.draw_torques(replace(own, torques=0 * own.torques))  # of a motion that needs none
+    nothing = own.motion.at(own.time[:3]), 0 * own.largest, [*own.names]
+    assert shortcuts._compute_rotor_shares(own.robot, *nothing)[1] == shortcuts.MOST_FACTOR
+    assert not [*output.describe_direct_joints(replace(own, robot=robot("staged")))]
+    bare = replace(own.robot, rotors=())
+    assert not [*output._describe_identity(bare)]
+    assert not [*output._describe_rotors(replace(own, robot=bare))]
+    assert "(0.4 %) would reach 1 % of a joint's largest torque only if all ratios" in said
 
 
 def test_runs_that_diverge_are_reported():
@@ -154,3 +167,5 @@ def test_where_there_is_no_motor_a_plan_costs_no_torque():
     assert not acrobot[:, 0].any()
     assert np.abs(whole[:, 0]).min() > 0
     np.testing.assert_array_equal(acrobot[:, 1], whole[:, 1])
+    along = np.array([[2.0, 0.0], [3.0, 9.0]])  # a radian
+    assert [*describe_passive(chains.robot(lost), along)] == ["j1 by 57.3 degrees"]

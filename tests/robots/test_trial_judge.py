@@ -335,6 +335,8 @@ def test_a_part_that_does_not_answer_costs_that_part_alone(two, impatient, case)
     assert set(trial.relative_errors) == {"mass_matrix", "bias"}
     assert trial.exit_code == (3 if verdict == "unfinished" else 1)
     assert trial.scope[-1].startswith("not judged: gravity (")
+    alone = run_robot_trial(Equations(gravity=function, level="coupled"), two)
+    assert alone.diagnosis.level == "coupled"
 
 
 NAMES = {

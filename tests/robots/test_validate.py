@@ -178,6 +178,8 @@ def test_of_a_motion_that_coarse_steps_blow_up_a_shorter_beginning_is_compared()
     assert begun.start.sun_planet_offset_m == 4e-6
     assert begun.start.planet_ring_offset_m == robots.DEPTH > 0
     assert np.isfinite(model.integrate(begun)[0]).all()
+    brief = scenario.model_copy(update={"duration_s": 1e-7})
+    assert robots.begin_scenario(model, case, brief).duration_s == pytest.approx(1e-7)
 
 
 def judge_robot(robot: Robot) -> list[Finding]:

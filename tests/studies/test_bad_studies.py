@@ -186,7 +186,7 @@ def test_what_the_mark_does_not_list_is_left_alone(sweep, tmp_path):
     folder.mkdir()
     study = read_study(file)
     (folder / batch_store.MARK).write_text(f"{study.digest}\n{'0' * 32}\ntorn")
-    letters = {f"{'1' * 32}.kept", f"{'2' * 32}.json", ".crosscheck-notes", "letter"}
+    letters = {f"{'1' * 32}.kept", "torn.kept", f"{'2' * 32}.json", ".crosscheck-notes", "letter"}
     for name in letters:
         (folder / name).write_text("mine")
     (folder / f"{'0' * 32}.kept").symlink_to("letter")

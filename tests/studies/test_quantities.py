@@ -192,10 +192,11 @@ def test_a_force_that_is_lost_to_divergence_has_no_share_without_contact():
 def test_a_diverged_member_has_no_numbers_but_when():
     axes = [{"path": "scenario.drive.derivative_N_m_s_per_rad", "kind": "list"}]
     axes[0]["values"] = [400.0, -1e12, 300.0]
-    made = study(axes, [{"kind": "peak", "signal": "theta"}, {"kind": "final", "signal": "torque"}])
+    at_once = {"kind": "crossing", "signal": "theta", "level": -9.0, "side": "above"}
+    made = study(axes, [{"kind": "peak", "signal": "theta"}, at_once])
     found = run_batch(made.text, 0, 3)
     assert np.isnan(found["diverged_s"]).tolist() == [True, False, True]
-    for name in ("theta_peak", "torque_final"):
+    for name in ("theta_peak", "theta_above_-9"):
         assert np.isnan(found[name]).any(axis=1).tolist() == [False, True, False]
     alone = run_batch(made.text, 2, 3)
     assert np.array_equal(alone["theta_peak"][0], found["theta_peak"][2])

@@ -222,7 +222,8 @@ def test_radians_of_many_turns_in_an_experiment_or_a_urdf_are_asked_about(tmp_pa
     inputs.forget()
     settings = [f"scenario.start.theta_rad={angles}" for angles in ("[0.0, 45.0]", "6.28318531")]
     for setting in (*settings, settings[0]):  # once of a field, and not of one turn
-        load_case("paper-labelled", "pd", settings=(setting, "scenario.drive.target_rad=-90.0"))
+        others = "scenario.drive.target_rad=-90.0", "scenario.step_s=3.33333333e-5"  # 1 s / 30,000
+        load_case("paper-labelled", "pd", settings=(setting, *others))
     origin = '<inertial><origin rpy="0 0 90" xyz="0.25 0 0"/>'
     text = (Path(__file__).parents[2] / "examples/gallery/pendulum.urdf").read_text(
         encoding="utf-8"

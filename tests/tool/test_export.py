@@ -204,6 +204,7 @@ COMPILERS = {
     "hangs": ("sleep 1000", "TooSlow: stopped after"),
     "writes nothing": ("exit 0", "its output is not a library for this machine"),
     "writes nonsense": ("echo x > $7", "its output is not a library for this machine"),
+    "fails without a word": ("exit 4", ": exit code 4"),
     "refuses": ("echo no such option >&2; exit 1", ": no such option"),
 }
 

@@ -115,7 +115,8 @@ def _ends_in_one_line(
 
 SWALLOWED = """
 import os, signal, time, weakref
-from crosscheck.runner.interruption import listen
+from crosscheck.runner.interruption import advice, listen
+advice.append("go on")
 class Thing: pass
 def at_its_end(_):
     os.kill(os.getpid(), signal.SIGTERM)
@@ -138,7 +139,7 @@ def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line()
     ended = command_line(python=("-c", SWALLOWED), env={"PYTHONPATH": str(ROOT)}, **streams)
     os.close(there)
     assert ended.returncode == 143
-    assert os.read(here, 999) == b"\x1b[?25hcrosscheck: terminated\r\n"
+    assert os.read(here, 999) == b"\x1b[?25hcrosscheck: terminated; go on\r\n"
 
 
 def test_blame_shows_the_cursor_again_where_it_goes_to_a_terminal(monkeypatch, capsys):

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -39,6 +40,7 @@ from crosscheck.report.formatting import (
     format_percent,
     format_rounded,
     format_unit,
+    list_first,
 )
 from crosscheck.report.html import render_report_page
 from crosscheck.report.matrix import collect_cells, common_digits, group_models
@@ -117,6 +119,7 @@ AGREEMENTS: dict[str, list[Finding]] = {
     "printed equations that agree": [state(LEAD, 1e-15), printed(1e-14)],
     "printed within the most lenient engine": [state(LEAD, 1e-15), LENIENT, printed(0.9e-10)],
     "printed beyond it": [state(LEAD, 1e-15), LENIENT, printed(1.1e-10)],
+    "printed without a number": [state(LEAD, 1e-15), printed(math.nan)],
     "a derivation that differs": [state(LEAD, 1e-3), state("analytic:links", 1e-15)],
     "another arm's states": [state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")],
     "modes that agree": [state(LEAD, 1e-15), modes(1e-15)],
@@ -130,6 +133,11 @@ AGREEMENTS: dict[str, list[Finding]] = {
     ],
     "a level that is geared": [
         *(off("links", 0.2), off("coupled", 0.0), off("coupled", 0.0, quantity="torque"))
+    ],
+    "levels of one package": [state("analytic:links", 1e-15, right=LEAD)],
+    "a run of few digits": [FINDINGS[0], replace(FINDINGS[3], verdict="agree")],
+    "a level that differs elsewhere": [
+        *(off("coupled", 0.0), off("coupled", 0.0, quantity="torque"), off("coupled", 0.3, "pd"))
     ],
     "a run alone": [RUN],
     "a run and states": [RUN, FINDINGS[0]],
@@ -202,11 +210,12 @@ def test_of_each_kind_the_tightest_check_is_listed_the_worst_verdict_first():
     rows = [(r.finding.about.key.family, r.measured, r.share) for r in listed.tightest]
     states, momentum = ("states", "5e-13", "50 %"), ("momentum", "1e-09", "12 %")
     assert rows == [("same-step", "4e-09 rad", "20 times"), states, momentum]
+    assert sum({LEAD, GEARS} <= {*each.title.split()} for each in listed.groups) == 1
 
 
 @pytest.mark.parametrize(
     ("measured", "shown"),
-    [(0.0, format_percent(0.0)), (0.25, "25 %"), (1.0, "100 %"), (math.inf, ""), (math.nan, "")],
+    [(0.0, "0 %"), (1.0, "100 %"), (2e6, "over a million times"), (math.inf, ""), (math.nan, "")],
 )
 def test_a_row_says_which_part_of_its_tolerance_was_measured(measured, shown):
     about = Subject(ComparisonKey("r", "pd", "theta", "a", "b"), "rad", "largest")
@@ -251,13 +260,14 @@ NAN = float("nan")
 @pytest.mark.parametrize(
     ("format_one", "given"),
     [
-        (format_rounded, {1234.0: "1200", 1e-7: "1e-07", 0.0996: "0.1", NAN: "no number"}),
+        (format_rounded, {1234567.0: "1200000", 1e-7: "1e-07", 0.0996: "0.1", NAN: "no number"}),
         (format_percent, {0.0127: "1.3 %", 12.3: "1200 %", float("inf"): "no number"}),
         (
             format_length,
             {1.0: "1 m", 0.99: "990 mm", -2.345: "-2.35 m", 1e-5: "0.01 mm", 9.9e-6: "9.9 µm"}
             | {4.46e-13: "less than 1 nm", 1.2e-9: "0.0012 µm", 0.0: "0 µm"},
         ),
+        (list_first, {"abcde": "a, b, c, d, e", "abcdef": "a, b, c, d, e and 1 more"}),
         (format_number, {1234.5: "1.23e+03", 0.0: "0", None: ""}),
         (format_unit, {"1": "", "rad s-1": "rad/s", "m s-2": "m/s²", "N m s-1 m-1": "N m/s m-1"}),
         (common_digits, {1e-16: 16.0, 0.0: 16.0, 1e-15: 15.0, 0.01: 2.0, 1.0: 0.0, 30.0: 0.0}),

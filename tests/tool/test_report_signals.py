@@ -97,6 +97,9 @@ def test_of_several_joints_the_window_is_of_the_one_that_loses_contact_first(run
     force[1500:2000, 1] = 0.0  # of joint 2, half a tenth of a second before joint 1
     (found,) = collect_signals(REFERENCE, runs)
     assert when(found, "contact lost, joint 2") == pytest.approx(0.15, abs=STEP_S)
+    force[:, 1] = force[:9] = 0.0  # no contact of joint 2, and none at first
+    (found,) = collect_signals(REFERENCE, runs)
+    assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
 
 
 def test_the_largest_force_may_be_a_negative_one(runs):
@@ -160,7 +163,7 @@ def test_a_scheme_is_drawn(name: str, snapshot: SnapshotAssertion):
 
 
 @pytest.mark.parametrize(
-    ("upward", "across"), [((0, 0, 1), (1, 0, 0)), ((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (1, 0, 0))]
+    ("upward", "across"), [((0, 0, 1), (1, 0, 0)), ((-1, 0, 0), (0, 1, 0)), ((0, 1, 0), (1, 0, 0))]
 )
 def test_a_robot_is_seen_from_the_side_and_a_little_above(upward, across):
     """By 0.6 rad about upward from the axis across, and 0.35 rad from above."""

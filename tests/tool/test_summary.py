@@ -16,7 +16,8 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report import html
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.rendering import capitalize_sentence, keep_together
+from crosscheck.report.rendering import add_contents, capitalize_sentence, keep_together
+from crosscheck.report.summary import summarize_agreement
 from crosscheck.run import CrossCheck
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.term_words import describe_point_masses, describe_unfollowed
@@ -39,6 +40,12 @@ def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     depths = [cell.depth for cell in found.cells[0]]
     assert depths == [None, None, 0, 0, 0, 33, 67, 67, 100, 100]  # no step at 1 %
     assert found.described == "M: 80 of 100 entries differ"
+
+
+def test_sections_of_a_page_have_one_list_of_links():
+    page = add_contents('<h2 id="own">A</h2>\n' + "<h2>A</h2>\n" * 2)
+    counts = [page.count(each) for each in ('id="contents"', '"#own">A<', '"#section-2">A<')]
+    assert counts == [1, 1, 1]
 
 
 def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
@@ -102,6 +109,7 @@ def test_an_agreement_has_a_row_for_each_finding():
     table = Agreement([green(), red()]).to_dataframe()
     assert list(table.verdict) == ["agree", "differ"]
     assert table.measured[1] == red().measured
+    assert "wrong M" in "".join(summarize_agreement(Agreement([green()], entries=ENTRIES)))
 
 
 @pytest.mark.parametrize("mechanism", ["probe", "sliding"])

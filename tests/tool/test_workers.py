@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -244,8 +245,8 @@ def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, wait_s, co
 @pytest.mark.parametrize("lists_children", {process_tree.LISTS_CHILDREN, False})
 def test_processes_are_found_with_and_without_the_systems_lists(monkeypatch, lists_children):
     monkeypatch.setattr(process_tree, "LISTS_CHILDREN", lists_children)
-    with Workers(1) as crew:
-        crew.perform([Job("a", good)])
+    with Workers(1) as crew, ThreadPoolExecutor(1) as thread:  # which starts the worker
+        thread.submit(crew.perform, [Job("a", good)]).result()
         assert crew.crew[0].number in process_tree.measure_processor_times()
 
 

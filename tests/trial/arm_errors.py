@@ -216,8 +216,7 @@ CASES: dict[str, Callable[[], Trial]] = {
         "relative",
         RELATIVE["half of the bias"],
         lambda own: replace(
-            own,
-            acceleration=lambda q, torque: np.linalg.solve(own.mass_matrix(q), torque),
+            own, acceleration=lambda q, torque: np.linalg.solve(own.mass_matrix(q), torque)
         ),
     ),
     "gravity, no weight of link 2 at its joint": lambda: trial_of(SecondForgotten, UNLIKE),

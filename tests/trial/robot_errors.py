@@ -254,6 +254,7 @@ PENDULUM: dict[str, Equations] = {
         "sign of an entry of the bias": {"bias": lambda q, v: two_link.bias(q, v) * [1, -1]},
         "an inertia left out of an entry": {"mass_matrix": mass_less([[0, J2], [J2, 0]])},
         "friction in the bias": {"bias": bias_with(lambda q, v: np.array([[12, 7], [0, 5]]) @ v)},
+        "Coulomb": {"bias": bias_with(lambda q, v: -9 * np.sign(v)), "coulomb_friction": [9, 9]},
         "weights in the bias, too": {"bias": bias_with(lambda q, v: two_link.gravity(q))},
         "a cubic bias": {"bias": bias_with(lambda q, v: v**3)},
         "a lopsided mass matrix": {"mass_matrix": mass_by([[1, 1], [1.5, 1]])},

@@ -19,6 +19,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.source_lines import has_literal
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 
 ARM = load_arm("paper-labelled")
@@ -121,10 +122,13 @@ def test_what_follows():
     np.testing.assert_allclose(by_matrix.bias(X, V), BIAS)
     acceleration = np.linalg.solve(MASS, TORQUE - BIAS)
     np.testing.assert_allclose(by_matrix.acceleration(0.0, X, V, TORQUE), acceleration)
+    crossed = of(mass_matrix=lambda q: 1 - np.eye(2), bias=lambda v: BIAS, force=lambda t: 0 * X)
+    assert crossed.acceleration(0.0, X, V, TORQUE).tolist() == (-BIAS[::-1]).tolist()
     by_inverse = of(inverse_dynamics=inverse)
     assert by_inverse.has == {"inverse_dynamics", "mass_matrix", "bias"}
     np.testing.assert_allclose(by_inverse.mass_matrix(X), MASS)
     np.testing.assert_allclose(by_inverse.bias(X, V), BIAS)
+    assert of(force=lambda q: q, any_scenario=True).motors == (0, 1)  # the drive may be in it
     alone = of(mass_matrix=mass)
     assert alone.has == {"mass_matrix"}
     for call in (lambda: alone.bias(X, V), lambda: alone.force(0.0, X, V, TORQUE)):
@@ -142,6 +146,15 @@ def test_what_a_function_does_to_its_arguments_does_no_harm():
     of(bias=greedy).bias(x, v)
     assert (x == X).all()
     assert (v == V).all()
+    answer = MASS.copy()  # which a function may keep and fill anew
+    first = of(mass_matrix=lambda q: answer).mass_matrix(X)
+    answer *= 2
+    assert (first == MASS).all()
+
+
+def test_a_number_of_either_sign_is_found_in_a_functions_file():
+    found = [has_literal(Equations(bias=inverse), "bias", each) for each in (30.0, -30.0, 60 / 7)]
+    assert found == [True, True, False]
 
 
 def test_one_joint_may_answer_numbers():

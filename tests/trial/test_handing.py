@@ -93,12 +93,13 @@ def test_a_file_is_read_anew(tmp_path):
 
 
 @pytest.mark.parametrize("code", BAD)
-def test_bad_code_is_one_line(code, tmp_path):
+def test_bad_code_is_one_line(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=BAD[code]) as caught:
-        over(tmp_path, code)
+        over(Path(), code)
     line = str(caught.value)
     assert "\n" not in line
-    assert line.startswith(f"{tmp_path}/hand.py:model: ")
+    assert line.startswith("hand.py:model: ")
 
 
 @pytest.mark.parametrize("text", PLACES)

@@ -17,10 +17,7 @@ from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.changes.arms.letters import collect_arm_values
-from crosscheck.trial.changes.arms.mesh_forces import (
-    compute_signals,
-    list_mesh_laws,
-)
+from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
 from crosscheck.trial.changes.arms.segments import build_reference_terms, evaluate_entry, rate_name
 from crosscheck.trial.coordinates.build import LAYOUTS, build_frame
 from crosscheck.trial.coordinates.states import UserState

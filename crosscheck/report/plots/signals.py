@@ -188,7 +188,7 @@ def _events(
     places = {f"largest {CONTACT}, joint {joint}": int(np.abs(force[joint]).argmax())}
     lost = {n: _first_index(each[1:] == 0, each[:-1] != 0) for n, each in force.items()}
     places |= _select_earliest("contact lost", lost)
-    signed = {n: each * each[np.flatnonzero(each)[:1]] for n, each in force.items()}
+    signed = {n: each * each[(each != 0).argmax()] for n, each in force.items()}
     other = {n: _first_index(each < 0) for n, each in signed.items()}
     places |= _select_earliest("contact on the other side", other)
     for line, difference in values.items():

@@ -83,12 +83,11 @@ def _columns(quantity: quantities.Quantity, case: MemberCase) -> Iterator[Column
             yield Column(name, unit, f"{name} by {quantity.function}")
     elif isinstance(quantity, quantities.Trajectories):
         records = case.scenario.steps // case.scenario.stride + 1
-        planets = max(1, *case.planet_counts)
         for signal in quantity.signals:
             name = signal if quantity.name is None else f"{quantity.name}_{signal}"
             dims, shape = ("time", "joint"), (records, joints)
             if signal in quantities.MESH_SIGNALS:
-                dims, shape = (*dims, "planet"), (*shape, planets)
+                dims, shape = (*dims, "planet"), (*shape, max(case.planet_counts))
             yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)
     else:
         every = getattr(quantity, "joint", None) is None

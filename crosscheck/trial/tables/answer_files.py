@@ -136,7 +136,6 @@ def _read_csv(where: str, content: bytes, allowed: TableColumns) -> dict[str, np
         raise InputError(where, "", None, "has no rows")
     columns = dict(zip(header, np.array(table).T, strict=True))
     for part in allowed.parts:
-        columns.pop(flag_column(part), None)
         names = answer_columns(part, allowed.n)
         there = [name for name in names if name in columns]
         if 0 < len(there) < len(names):

@@ -495,7 +495,7 @@ def make():
         return [[I + 0.15**2, 0], [0, J]]
     return {"mass_matrix": mass_matrix}
 """
-    key = replace(make_answer_key(text), numbers=frozenset((0.8, 0.025, 0.014)))
+    key = replace(make_answer_key(text), numbers=frozenset((0.8, -0.025, 0.014)))
     answer = search(tmp_path, text, (right, wrong), keys=[key])
     assert [each.remedy for each in (answer.edits if answer else ())] == [remedy] * bool(remedy)
 
