@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import count, islice
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
@@ -27,7 +28,10 @@ from crosscheck.trial.source.syntax import SourceTree
 HOOK = "_crosscheck_hook"  # name by which the code finds what is called with its expressions
 MOST_TOGETHER = 4  # places of one derivation: with more of them it takes longer than twice
 # Times that a derivation takes as long as the plain one, on top one for each place; and least [s].
-LONGER, LEAST_S = 2.0, 1.0
+LONGER, LEAST_S = 2.0, 0.8
+SHARE = 0.37  # by which values are scaled: no symmetric or usual factor
+EMPTY: Mapping[Any, float] = MappingProxyType({})
+SCALING_S = 4.0  # [s] of processor time, of the derivation with a factor at every place
 RECORDING_S = 5.0  # [s] of processor time, of the recording of many differences
 # Of nodes: what is no value of its own, or no number to compute with.
 UNVARIED = ("func", "slice", "test", "decorator_list", "annotation", "returns", "targets")
@@ -55,9 +59,8 @@ class Place:
     """An expression that can be varied, and the answers of equations in which it is.
 
     evaluations: how often it is evaluated while the equations are made; own: what it depends on,
-    with all constants; extent: of its variations so far, with their numbers; answer: of the
-    equations with them; None before these are made, and where that fails; is_restricted: whether
-    it fails with more variables than its own.
+    with all parameters; extent: of its variations, with their numbers; answer: of the equations
+    with them; None before these are made, and where that fails.
     """
 
     node: ast.expr
@@ -66,7 +69,6 @@ class Place:
     extent: Extent
     numbers: Mapping[tuple[int, Element], int] = field(default_factory=dict)
     answer: Answer | None = None
-    is_restricted: bool = False
     has_failed: bool = False
     answers: dict[Any, Answer] = field(default_factory=dict)
 
@@ -101,6 +103,29 @@ class Derivation:
                 place = self.places[id(above)]
                 return None if place.has_failed else place
         return None
+
+    def scale(self, run: Run) -> dict[Place, Answer]:
+        """The answers with the value of each place larger by a share; none where that fails.
+
+        One derivation has a factor at every place, which takes hardly longer than the plain one. A
+        number is no such place.
+        """
+        from crosscheck.trial.source.variations import Variation
+
+        numbers = {key: next(self.counter) for key, each in self.places.items() if each.own}
+
+        def hook(key: int, evaluate: Thunk) -> Any:
+            value = evaluate()
+            return value * (1 + Variation.begin(numbers[key], ())) if key in numbers else value
+
+        try:
+            with limit_processor_time(max(SCALING_S, self.seconds * 2 * LONGER)):
+                answer = run(self.answer_key, hook)
+        except BaseException:  # whatever the code raises
+            return {}
+        return {
+            self.places[key]: self._set({number: SHARE}, answer) for key, number in numbers.items()
+        }
 
     def record(
         self, run: Run, choices: Mapping[Place, Sequence[int]], choose: Callable[[int], None]
@@ -215,32 +240,40 @@ class Derivation:
                 self._derive({place: extent}, run)
             return
         ((place, extent),) = wanted.items()
-        place.answer, place.has_failed = None, place.is_restricted
-        if not place.is_restricted:
-            place.is_restricted = True
-            place.extent = extent._replace(variables=extent.variables & place.own)
-            self._derive({place: place.extent}, run)
+        place.answer, restricted = None, extent.variables & place.own
+        if restricted == extent.variables:
+            place.has_failed = True
+            return
+        place.extent = extent._replace(variables=restricted)
+        self._derive({place: place.extent}, run)
 
     def _choose(self, place: Place, difference: Difference, gaps: Sequence[Any]) -> ChosenAnswer:
         """The answers with a difference at a place, of numbers for its gaps."""
-        from crosscheck.trial.source.variations import Variation
-
         whole = place.answer
         assert whole is not None  # as the caller has seen
         chosen = {place.numbers[at]: each for at, each in difference.items()}
 
         def choose(values: Sequence[float]) -> Answer:
             given = dict(zip(gaps, values, strict=True)) if gaps else {}
-
-            def answer(part: str, state: int) -> Any:
-                Variation.differences, Variation.gaps = chosen, given
-                return whole(part, state)
-
+            answer = self._set(chosen, whole, given)
             # Edits with the same difference are one.
             key = frozenset(difference.items())
-            return cache(answer) if gaps else place.answers.setdefault(key, cache(answer))
+            return answer if gaps else place.answers.setdefault(key, answer)
 
         return choose
+
+    def _set(
+        self, differences: Mapping[int, Any], whole: Answer, gaps: Mapping[Any, float] = EMPTY
+    ) -> Answer:
+        """The answers of varied equations with differences by their numbers."""
+        from crosscheck.trial.source.variations import Variation
+
+        @cache
+        def answer(part: str, state: int) -> Any:
+            Variation.differences, Variation.gaps = differences, gaps
+            return whole(part, state)
+
+        return answer
 
     def _find_places(self, compile_tree: Callable[[], Run]) -> dict[int, Place]:
         """The outermost expressions whose values can be varied, by their identity."""
@@ -276,20 +309,32 @@ class Derivation:
         finally:
             for node in nodes.values():
                 self.tree.put(node, node)
-        run(self.answer_key, hook)
-        times = {time for own in variables.values() for each in own for time in _list_times(each)}
-        places, known = dict[int, Place](), set[Any]()
+        with _observe_derivatives() as differentiated:
+            run(self.answer_key, hook)
+        families = [*self._list_families()]
+        places, parameters = dict[int, Place](), set[Any]()
         for key, own in variables.items():
-            known |= own - times
+            parameters |= {each for each in own if each.is_Symbol} - differentiated
             is_inside = any(id(each) in varied - fixed for each in self._list_around(nodes[key], 1))
             if key in varied - fixed and not is_inside:
-                order = _measure_order(own)
-                # No rates in an expression of coordinates, and none of both among constants.
-                fit = frozenset(each for each in known if _measure_order([each]) <= order)
-                constants = frozenset(each for each in known if times and each.is_Symbol)
-                extent = Extent(frozenset(listed[key]), fit if own else constants)
-                places[key] = Place(nodes[key], evaluations[key], constants | (own - times), extent)
+                known = frozenset(own | parameters)
+                alike = known.union(*(each for each in families if not each.isdisjoint(own)))
+                extent = Extent(frozenset(listed[key]), alike)
+                places[key] = Place(nodes[key], evaluations[key], known, extent)
         return places
+
+    def _list_families(self) -> Iterator[frozenset[Any]]:
+        """Variables that stand in one list of the code or are one: all coordinates, or all rates."""
+        for scope in dict.fromkeys(self.tree.scopes.values()):
+            values = scope.list_values()
+            displays = [each for each in scope.nodes if isinstance(each, ast.List | ast.Tuple)]
+            names = [[getattr(each, "id", "") for each in display.elts] for display in displays]
+            lists = [[values.get(name) for name in each] for each in names]
+            for each in (*scope.values.values(), *lists):
+                with suppress(TypeError):
+                    elements = [*each]
+                    if elements and all(map(_is_coordinate, elements)):
+                        yield frozenset(elements)
 
     def _list_around(self, node: ast.AST, first: int = 0) -> Iterator[ast.AST]:
         """An expression and those that it is in, from one of them on."""
@@ -345,15 +390,22 @@ def list_variables(expressions: Iterable[Any]) -> set[Any]:
     return variables
 
 
-def _list_times(variable: Any) -> set[Any]:
-    """The time of which a variable is a function."""
-    return set() if variable.is_Symbol else variable.free_symbols
+@contextmanager
+def _observe_derivatives() -> Iterator[set[Any]]:
+    """See by what SymPy differentiates meanwhile."""
+    import sympy as sp
 
+    differentiated, differentiate = set[Any](), sp.Expr.diff
 
-def _measure_order(variables: Iterable[Any]) -> int:
-    """How often one of the variables is differentiated by time; -1 of symbols alone."""
-    orders = (getattr(each, "derivative_count", -each.is_Symbol) for each in variables)
-    return max(orders, default=-1)
+    def observe(expression: Any, *by: Any, **more: Any) -> Any:
+        differentiated.update(each for each in by if isinstance(each, sp.Basic))
+        return differentiate(expression, *by, **more)
+
+    sp.Expr.diff = observe
+    try:
+        yield differentiated
+    finally:
+        sp.Expr.diff = differentiate
 
 
 def _is_coordinate(value: Any) -> bool:

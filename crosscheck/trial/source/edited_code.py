@@ -16,7 +16,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from types import CodeType
 from typing import Any
 
@@ -82,6 +82,10 @@ class EditedCode:
         return answer_key.bind(self.code.run(compiled, names))
 
 
+def _return_first(answer: Answer, chosen: Sequence[float]) -> Answer:
+    return answer
+
+
 def _list_names(node: ast.AST) -> Iterator[str]:
     return (each.id for each in ast.walk(node) if isinstance(each, ast.Name))
 
@@ -134,7 +138,9 @@ class EditCompiler:
                     joint[number] = edit.parse()
                 except SyntaxError:
                     continue
-        places = {number: place for number in joint if (place := self._find_place(edits[number]))}
+        places = {
+            number: place for number in joint if (place := self.find_place(edits[number].node))
+        }
         together = None
         if len(joint) > 1 or places:
             together = self._compile_together(edits, joint, places)
@@ -153,11 +159,24 @@ class EditCompiler:
                 sharing = shared if self.is_repeated(edit.node) and not is_alone else None
                 yield edit, replace(edited, chosen=[number], shared=sharing)
 
-    def _find_place(self, edit: Edit) -> Place | None:
-        """Where a derivation can be varied instead of making an edit."""
-        if self.derivation is None or self.is_repeated(edit.node):
+    def scale_places(self) -> dict[int, EditedCode]:
+        """The code of a derivation with each place's value scaled, by the place's identity."""
+        if self.derivation is None:
+            return {}
+        edited = EditedCode(
+            self.tree.code, self._compile_with({}, [], self.derivation.places.values())
+        )
+        scaled = self.derivation.scale(edited.make_answer)
+        return {
+            id(place.node): replace(edited, varied=partial(_return_first, answer))
+            for place, answer in scaled.items()
+        }
+
+    def find_place(self, node: ast.AST) -> Place | None:
+        """Where a derivation can be varied instead of making an edit of a node."""
+        if self.derivation is None or self.is_repeated(node):
             return None
-        return self.derivation.find_place(edit.node)
+        return self.derivation.find_place(node)
 
     def _vary(
         self, edited: EditedCode, places: Mapping[int, Place]
@@ -203,7 +222,7 @@ class EditCompiler:
         """
         gaps = (f"{NUMBERS}[{number}]" for number in range(len(start)))
         edit = Edit((0, 0), node, text.format(*gaps))
-        place = self._find_place(edit)
+        place = self.find_place(edit.node)
         if place is not None:
             return self._vary_gaps(edit, place, start)
         edited = self.compile([edit])

@@ -20,6 +20,7 @@ from crosscheck.trial.source.edited_code import EditedCode, list_constants
 from crosscheck.trial.source.sandbox import limit_processor_time
 
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take
+SLIGHTLY_SLOWER = 4.0  # times of slow code, whose edits would take too long
 SLOW_S = 0.15  # processor time [s] of code of which each run counts
 IGNORED = 0.5  # of entries that are right here: if more are wrong there, numbers are ignored
 Wrong = frozenset[tuple[int, Entry]]  # wrong entries, each with the number of its answer key
@@ -70,7 +71,8 @@ class SourceJudge:
         self.parts = [part for part, needed in seconds.items() if needed is not None]
         wrong_parts = {part for part, *_ in trusted.find_wrong_entries(as_is, self.parts)}
         needed_s = time.process_time() - begun
-        self.limit_s, self.is_slow = LEAST_S + SLOWER * needed_s, needed_s > SLOW_S
+        self.is_slow = needed_s > SLOW_S
+        self.limit_s = LEAST_S + needed_s * (SLOWER if not self.is_slow else SLIGHTLY_SLOWER)
         pairs = [(each, self._follow(each, trusted, as_is, wrong_parts)) for each in others]
         followed = [(key, answer) for key, answer in pairs if answer is not None]
         self.answer_keys = [here, *(key for key, _ in followed)]

@@ -18,6 +18,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import combinations, islice
@@ -244,14 +245,22 @@ class EditSearch:
         """What moves with the values of expressions, by their identity, where that can be seen.
 
         What moves alike in two calls may cancel, though an edit might make it unlike: if nothing
-        moves, each evaluation has another value.
+        moves, each evaluation has another value. What stands in a place of a derivation that moves
+        nothing wrong, or what is right, needs no look.
         """
+        places = dict[int, Response]()
+        for key, scaled in self.compiler.scale_places().items():
+            with suppress(BaseException):  # whatever another value leads to
+                places[key] = self.judge.measure_response(scaled)
+        idle = {key for key, each in places.items() if each.moves_right or not each.moves_wrong}
         nodes = [
             node
             for node in self.tree.list_nodes()
-            if isinstance(node, ast.expr) and Site(self.tree, node).is_value
+            if isinstance(node, ast.expr)
+            and Site(self.tree, node).is_value
+            and not ((place := self.compiler.find_place(node)) and id(place.node) in idle)
         ]
-        responses = self._move(nodes, MOVED)
+        responses = places | self._move(nodes, MOVED)
         still = [node for node in nodes if not responses.get(id(node), MOVING).moves_wrong]
         unlike = self._move(still, MOVED_UNLIKE)
         return responses | {key: each for key, each in unlike.items() if each.moves_wrong}
@@ -261,6 +270,8 @@ class EditSearch:
         responses = dict[int, Response]()
         moved = (Edit((0, 0), node, text.format(write_operand(node))) for node in nodes)
         for edit, edited in self._compile_batches(moved):
+            if self.judge.is_slow and edited.is_made_anew:
+                continue
             try:
                 responses[id(edit.node)] = self.judge.measure_response(edited)
             except BaseException:  # whatever another value leads to
@@ -277,10 +288,6 @@ class EditSearch:
         is_derived = self.compiler.derivation is not None
         while batch := list(islice(remaining, MOST_VARIED if is_derived else MOST_COMPILED)):
             compiled = list(self.compiler.compile_each(batch))
-            if is_derived:
-                anew = [(edit, each) for edit, each in compiled if each and each.is_made_anew]
-                self.deferred += anew
-                compiled = [(edit, each) for edit, each in compiled if (edit, each) not in anew]
             yield from self._list_in_time(compiled)
             sharing = [(edit, each) for edit, each in compiled if each and each.shared]
             if sharing and not self.judge.is_intact(sharing[0][1]):
@@ -382,7 +389,17 @@ class EditSearch:
 
     def _judge_edits(self, edits: Iterable[Edit]) -> None:
         """Judge edits and keep those that mend anything."""
-        self._judge_compiled(self._compile_batches(edits))
+        self._judge_compiled(self._defer(self._compile_batches(edits)))
+
+    def _defer(
+        self, compiled: Iterable[tuple[Edit, EditedCode]]
+    ) -> Iterator[tuple[Edit, EditedCode]]:
+        """The edits of a derivation that need no derivation of their own: the others come later."""
+        for edit, edited in compiled:
+            if self.compiler.derivation is not None and edited.is_made_anew:
+                self.deferred.append((edit, edited))
+            else:
+                yield edit, edited
 
     def _judge_compiled(self, compiled: Iterable[tuple[Edit, EditedCode]]) -> None:
         for edit, edited in compiled:
@@ -421,7 +438,10 @@ class EditSearch:
 
     def _find_pair(self) -> list[MendingEdit]:
         """Two edits that together make all right, each of which mends what the other does not."""
+        last_s = time.process_time() + PAIRS_S
         for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
+            if time.process_time() > last_s:
+                return []
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
             is_apart = len(statements) > 1 and not pair[0].wrong & pair[1].wrong
             key = frozenset(id(each.edit) for each in pair)

@@ -91,6 +91,8 @@ def compute_variation(number: float, *values: Any) -> Any:
     difference = Variation.differences.get(derivative.difference)
     if difference is None:
         return 0.0
+    if not derivative.variables and not Variation.gaps:
+        return float(difference)
     slope, symbols = _differentiate(difference, derivative.variables, derivative.orders)
     return evaluate(slope, {**Variation.gaps, **dict(zip(symbols, values, strict=True))})
 
