@@ -59,13 +59,14 @@ class Place:
     """An expression that can be varied, and the answers of equations in which it is.
 
     evaluations: how often it is evaluated while the equations are made; own: what it depends on,
-    with all parameters; extent: of its variations, with their numbers; answer: of the equations
+    with all parameters; is_number: whether it depends on nothing; extent: of its variations, with their numbers; answer: of the equations
     with them; None before these are made, and where that fails.
     """
 
     node: ast.expr
     evaluations: int
     own: frozenset[Any]
+    is_number: bool
     extent: Extent
     numbers: Mapping[tuple[int, Element], int] = field(default_factory=dict)
     answer: Answer | None = None
@@ -112,7 +113,7 @@ class Derivation:
         """
         from crosscheck.trial.source.variations import Variation
 
-        numbers = {key: next(self.counter) for key, each in self.places.items() if each.own}
+        numbers = {k: next(self.counter) for k, each in self.places.items() if not each.is_number}
 
         def hook(key: int, evaluate: Thunk) -> Any:
             value = evaluate()
@@ -320,11 +321,11 @@ class Derivation:
                 known = frozenset(own | parameters)
                 alike = known.union(*(each for each in families if not each.isdisjoint(own)))
                 extent = Extent(frozenset(listed[key]), alike)
-                places[key] = Place(nodes[key], evaluations[key], known, extent)
+                places[key] = Place(nodes[key], evaluations[key], known, not own, extent)
         return places
 
     def _list_families(self) -> Iterator[frozenset[Any]]:
-        """Variables that stand in one list of the code or are one: all coordinates, or all rates."""
+        """Variables that stand in one list of the code, or are one: all rates for example."""
         for scope in dict.fromkeys(self.tree.scopes.values()):
             values = scope.list_values()
             displays = [each for each in scope.nodes if isinstance(each, ast.List | ast.Tuple)]
