@@ -59,8 +59,9 @@ class Place:
     """An expression that can be varied, and the answers of equations in which it is.
 
     evaluations: how often it is evaluated while the equations are made; own: what it depends on,
-    with all parameters; is_number: whether it depends on nothing; extent: of its variations, with their numbers; answer: of the equations
-    with them; None before these are made, and where that fails.
+    with all parameters; is_number: whether it depends on nothing; extent: of its variations, with
+    their numbers; answer: of the equations with them; None before these are made, and where that
+    fails.
     """
 
     node: ast.expr
