@@ -85,6 +85,7 @@ class Derivation:
         answer_key: What it must answer.
         seconds: Processor time [s] of the derivation as it is.
         compile_tree: Compiles the source as its tree is.
+        is_intact: Whether answers are those of the equations as they are.
     """
 
     def __init__(
@@ -93,8 +94,10 @@ class Derivation:
         answer_key: AnswerKey,
         seconds: float,
         compile_tree: Callable[[], Run],
+        is_intact: Callable[[Answer], bool],
     ) -> None:
         self.tree, self.answer_key, self.seconds = tree, answer_key, seconds
+        self.is_intact = is_intact
         self.places = self._find_places(compile_tree)
         self.counter = count()
 
@@ -228,7 +231,10 @@ class Derivation:
         try:
             with limit_processor_time(max(LEAST_S, self.seconds * (LONGER + len(wanted)))):
                 answer = run(self.answer_key, hook)
+                is_intact = self.is_intact(self._set({}, answer))
         except BaseException:  # whatever the code raises
+            is_intact = False
+        if not is_intact:
             self._derive_apart(wanted, run)
         else:
             for place, extent in wanted.items():
@@ -333,10 +339,9 @@ class Derivation:
             names = [[getattr(each, "id", "") for each in display.elts] for display in displays]
             lists = [[values.get(name) for name in each] for each in names]
             for each in (*scope.values.values(), *lists):
-                with suppress(TypeError):
-                    elements = [*each]
-                    if elements and all(map(_is_coordinate, elements)):
-                        yield frozenset(elements)
+                is_list = isinstance(each, list | tuple) or hasattr(each, "tolist")
+                if is_list and len(each) and all(map(_is_coordinate, each)):
+                    yield frozenset(each)
 
     def _list_around(self, node: ast.AST, first: int = 0) -> Iterator[ast.AST]:
         """An expression and those that it is in, from one of them on."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry, LevelAnswers
+from crosscheck.trial.source.answer_key import EQUAL, Answer, AnswerKey, Entry, LevelAnswers
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import NONE
 from crosscheck.trial.source.edited_code import EditedCode, list_constants
@@ -149,6 +149,13 @@ class SourceJudge:
             right = [part for part in self.parts if part not in self.states]
             broken = trusted.find_wrong_entries(answer, right, [0])
         return Response(any(moved), all(moved), bool(broken))
+
+    def is_as_is(self, answer: Answer) -> bool:
+        """Whether answers are those of the source as it is, but for their last digits."""
+        return all(
+            np.allclose(answer(part, self.states.get(part, 0)), value, rtol=EQUAL, atol=EQUAL)
+            for part, value in self.values.items()
+        )
 
     def is_intact(self, edited: EditedCode) -> bool:
         """Whether equations that edits share still answer as they are without any edit."""

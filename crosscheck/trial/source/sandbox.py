@@ -52,7 +52,6 @@ def enter_sandbox(processor_s: int) -> None:
     warnings.simplefilter("ignore")
     np.seterr(all="ignore")
     sys.addaudithook(_refuse)
-    signal.signal(signal.SIGPROF, _interrupt)
 
 
 def _refuse(event: str, arguments: tuple[Any, ...]) -> None:
@@ -71,6 +70,7 @@ def _interrupt(number: int, frame: object) -> None:
 @contextmanager
 def limit_processor_time(seconds: float) -> Iterator[None]:
     """Raise TooSlow in what runs inside after so much processor time [s], and again and again."""
+    signal.signal(signal.SIGPROF, _interrupt)
     signal.setitimer(signal.ITIMER_PROF, seconds, seconds)
     try:
         yield

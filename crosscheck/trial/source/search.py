@@ -143,7 +143,13 @@ class EditSearch:
             return EditedCode(self.code, compiled, [NONE]).make_answer
 
         try:
-            return Derivation(self.tree, self.answer_keys[0], self.judge.making_s, compile_tree)
+            return Derivation(
+                self.tree,
+                self.answer_keys[0],
+                self.judge.making_s,
+                compile_tree,
+                self.judge.is_as_is,
+            )
         except Exception:  # whatever the code raises where its expressions are seen
             return None
 

@@ -1,4 +1,4 @@
-"""Lines of derivations by SymPy: what stands before the energies is judged by the energies."""
+"""Lines of derivations by SymPy: edits are judged by the differences that they make."""
 
 import ast
 
@@ -12,6 +12,81 @@ from crosscheck.testing import try_equations
 from crosscheck.trial.source.statements import select_statements
 from tests.processes import command_line
 from tests.robots import chains
+
+VARIED = """
+import sympy as sp
+from sympy.physics.mechanics import ReferenceFrame, dynamicsymbols
+
+def make():
+    a, b = dynamicsymbols("a b")
+    t, g = sp.symbols("t g")
+    N = ReferenceFrame("N")
+    A = N.orientnew("A", "Axis", [a, N.z])
+    m, square = 1.3, 0
+    for angle, length in ((a, 0.7), (a + b, 0.4)):
+        arm = length * sp.Matrix([sp.cos(angle), sp.sin(angle)])
+        square += sum(each.diff(t) ** 2 for each in arm)
+    lever = 0.3 * A.x + b * N.y
+    V = m * g * lever.dot(N.y)
+    L = m * square / 2 - V
+    rates, angles = [a.diff(t), b.diff(t)], [a, b]
+    rows = [L.diff(r).diff(t) - L.diff(c) for r, c in zip(rates, angles)]
+    plain = sp.symbols("q0:6")
+    numbers = dict(zip([a.diff(t, 2), b.diff(t, 2), *rates, *angles], plain))
+    force = sp.lambdify([plain], [each.subs(numbers).subs(g, 9.81) for each in rows])
+    return {"force": lambda q: force([*q, 0.3, -0.4, 1.1, -0.6])}
+"""
+# In a process of its own, whose SymPy is quickened for good.
+COMPARED = """
+import ast, sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+import numpy as np
+from crosscheck.trial.source.derivation import SHARE
+from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.edits import list_edits
+from crosscheck.trial.source.libraries import quicken_libraries
+from crosscheck.trial.source import search as searches
+from tests.trial.source.test_derivations import VARIED
+from tests.trial.source.test_source_edits import make_answer_key, write_code
+
+quicken_libraries()
+searches.DERIVING_S = 0.0  # SymPy remembers what the answer key was derived by
+key = make_answer_key(VARIED)
+search = searches.EditSearch(write_code(Path(sys.argv[1]), VARIED), [key])
+compiler = search.compiler
+nodes = {ast.unparse(each): each for each in search.tree.list_nodes()}
+
+def compare(edited, node, text):
+    try:
+        anew = compiler.compile([Edit((0, 0), node, text)]).bind(key)("force", 0)
+    except Exception:  # whatever an edit leads to
+        return
+    np.testing.assert_allclose(edited.bind_shared(key)("force", 0), anew, 1e-9, err_msg=text)
+
+lines = Counter()
+for edit, edited in compiler.compile_each([*list_edits(search.tree, 2, lambda node: True)][::5]):
+    if edited and edited.varied and lines[edit.node.lineno] < 4:
+        compare(edited, edit.node, edit.text)
+        lines[edit.node.lineno] += 1
+texts = {VARIED.splitlines()[line - 1].split()[0] for line in lines}
+assert texts >= {"arm", "square", "lever", "V", "L", "rows", "m,"}, texts
+
+node = nodes["0.3 * A.x"].left
+gap = compiler.compile_gaps(node, "{}", [0.3])
+assert gap.varied
+compare(replace(gap, chosen=[0.45]), node, "0.45")
+
+node = nodes["m * g * lever.dot(N.y)"]
+compare(compiler.scale_places()[id(node)], node, f"{1 + SHARE} * ({ast.unparse(node)})")
+"""
+
+
+def test_edits_of_a_derivation_answer_as_equations_that_are_derived_anew(tmp_path):
+    """Of scalars, matrices and vectors, in a loop too; numbers to be chosen; places that scale."""
+    assert command_line(python=("-c", COMPARED, str(tmp_path))).returncode == 0
+
 
 LAGRANGE = """
 import sympy as sp
