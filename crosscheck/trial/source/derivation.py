@@ -31,7 +31,7 @@ MOST_TOGETHER = 4  # places of one derivation: with more of them it takes longer
 LONGER, LEAST_S = 2.0, 0.8
 SHARE = 0.37  # by which values are scaled: no symmetric or usual factor
 EMPTY: Mapping[Any, float] = MappingProxyType({})
-SCALING_S = 4.0  # [s] of processor time, of the derivation with a factor at every place
+SCALING_S = 2.0  # [s] of processor time, of the derivation with a factor at every place
 RECORDING_S = 5.0  # [s] of processor time, of the recording of many differences
 # Of nodes: what is no value of its own, or no number to compute with.
 UNVARIED = ("func", "slice", "test", "decorator_list", "annotation", "returns", "targets")
@@ -121,15 +121,17 @@ class Derivation:
 
         def hook(key: int, evaluate: Thunk) -> Any:
             value = evaluate()
-            return value * (1 + Variation.begin(numbers[key], ())) if key in numbers else value
+            return value * Variation.begin(numbers[key], ()) if key in numbers else value
 
         try:
             with limit_processor_time(max(SCALING_S, self.seconds * 2 * LONGER)):
                 answer = run(self.answer_key, hook)
         except BaseException:  # whatever the code raises
             return {}
+        plain = dict.fromkeys(numbers.values(), 1.0)
         return {
-            self.places[key]: self._set({number: SHARE}, answer) for key, number in numbers.items()
+            self.places[key]: self._set(plain | {number: 1 + SHARE}, answer)
+            for key, number in numbers.items()
         }
 
     def record(
@@ -306,7 +308,7 @@ class Derivation:
             variables.setdefault(key, set()).update(list_variables(elements.values()))
             listed.setdefault(key, set()).update((number, at) for at in elements if elements[at])
             evaluations[key] = number + 1
-            if not _is_coordinate(value) and not _is_axis(value):
+            if not all(map(_is_coordinate, elements.values())) and not _is_axis(value):
                 varied.add(key)
             return value
 
@@ -333,15 +335,17 @@ class Derivation:
 
     def _list_families(self) -> Iterator[frozenset[Any]]:
         """Variables that stand in one list of the code, or are one: all rates for example."""
+        import sympy as sp
+
         for scope in dict.fromkeys(self.tree.scopes.values()):
             values = scope.list_values()
             displays = [each for each in scope.nodes if isinstance(each, ast.List | ast.Tuple)]
             names = [[getattr(each, "id", "") for each in display.elts] for display in displays]
             lists = [[values.get(name) for name in each] for each in names]
             for each in (*scope.values.values(), *lists):
-                is_list = isinstance(each, list | tuple) or hasattr(each, "tolist")
-                if is_list and len(each) and all(map(_is_coordinate, each)):
-                    yield frozenset(each)
+                elements = list(each) if isinstance(each, list | tuple | sp.MatrixBase) else []
+                if elements and all(map(_is_coordinate, elements)):
+                    yield frozenset(elements)
 
     def _list_around(self, node: ast.AST, first: int = 0) -> Iterator[ast.AST]:
         """An expression and those that it is in, from one of them on."""
@@ -417,7 +421,9 @@ def _observe_derivatives() -> Iterator[set[Any]]:
 
 def _is_coordinate(value: Any) -> bool:
     """Whether others may differentiate by a value."""
-    return bool(getattr(value, "_diff_wrt", False))
+    import sympy as sp
+
+    return isinstance(value, sp.Expr) and value._diff_wrt
 
 
 def _is_axis(value: Any) -> bool:
