@@ -249,6 +249,13 @@ def list_zeros(site: Site) -> Texts:
         yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
 
 
+def list_vacant_elements(site: Site) -> Texts:
+    """0 for an element of a vector that has 0 elsewhere: of a force where nothing acts."""
+    elements = map(ast.unparse, getattr(site.parent, "elts", ()))
+    if site.is_value and not isinstance(site.node, ast.Constant):
+        yield from [each for each in elements if each in ("0", "0.0")][:1]
+
+
 def list_transposes(site: Site) -> Texts:
     """A matrix turned over, or no longer."""
     node, kind = site.node, site.kind

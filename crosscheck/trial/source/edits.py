@@ -67,6 +67,7 @@ from crosscheck.trial.source.changes import (
     list_symmetric_signs,
     list_transposes,
     list_unused_exchanges,
+    list_vacant_elements,
     list_written_transposes,
     list_zeros,
 )
@@ -139,6 +140,7 @@ KINDS = (
     EditKind(3, list_symmetric_signs),
     EditKind(3, list_distributions),
     EditKind(3, list_inverses),
+    EditKind(3, list_vacant_elements),
     EditKind(3, list_inertia_orders),
     EditKind(3, list_repetitions),
     EditKind(3, list_further_elements),

@@ -423,7 +423,8 @@ def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
     values = list(frame.f_locals.items())
     names = [name for name, value in values if find_kind(value) == INDEX]
     for name, value in values:
-        if isinstance(value, list | tuple | np.ndarray) and 0 < len(value) <= MOST_ELEMENTS:
+        is_list = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim)
+        if is_list and 0 < len(value) <= MOST_ELEMENTS:
             for index in dict.fromkeys([*sorted(indices), *names]):
                 yield f"{name}[{index}]"
                 yield from (f"{name}[{index}].{each}" for each in _list_attributes(value[0]))

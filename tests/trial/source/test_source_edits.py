@@ -407,6 +407,21 @@ def make():
     assert (edit.line, edit.remedy) == (6, "'two': a should be 'two': b")
 
 
+def test_an_element_beside_one_that_is_0_may_be_0(tmp_path):
+    """Also where a function has an array without dimensions, which has no length."""
+    text = """
+import numpy as np
+def make():
+    a, b = 1.3, 0.7
+    def push(q):
+        now = np.array(0.9)
+        return [0.0, 0.0, a * q[0] - b * q[1] ** 2]
+    return {"push": push}
+"""
+    (edit,) = search(tmp_path, text, ("0.0, 0.0", "0.0, b * q[1] + a * q[0]")).edits
+    assert edit.remedy == "b * q[1] + a * q[0] should be 0"
+
+
 def test_the_derivative_by_coordinates_that_lagrange_needs_is_found(tmp_path):
     text = """
 import sympy as sp
