@@ -173,5 +173,6 @@ def _points(outline: np.ndarray) -> list[list[float]]:
 
 
 def encode_numbers(values: np.ndarray) -> str:
-    """Numbers as base64 of little-endian float32."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
+    """Numbers as base64 of little-endian float32, infinite where they are too large for it."""
+    with np.errstate(over="ignore"):
+        return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()

@@ -55,18 +55,18 @@ class Extent(NamedTuple):
 
 
 @dataclass(eq=False)
-class Place:
+class VariedPlace:
     """An expression that can be varied, and the answers of equations in which it is.
 
-    evaluations: how often it is evaluated while the equations are made; own: what it depends on,
-    with all parameters; is_number: whether it depends on nothing; extent: of its variations, with
-    their numbers; answer: of the equations with them; None before these are made, and where that
-    fails.
+    evaluations: how often it is evaluated while the equations are made; dependencies: what it
+    depends on, with all parameters; is_number: whether it depends on nothing; extent: of its
+    variations, with their numbers; answer: of the equations with them; None before these are made,
+    and where that fails.
     """
 
     node: ast.expr
     evaluations: int
-    own: frozenset[Any]
+    dependencies: frozenset[Any]
     is_number: bool
     extent: Extent
     numbers: Mapping[tuple[int, Element], int] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class Derivation:
         self.places = self._find_places(compile_tree)
         self.counter = count()
 
-    def find_place(self, node: ast.AST) -> Place | None:
+    def find_place(self, node: ast.AST) -> VariedPlace | None:
         """The place that an expression is, or is in; None where it cannot be varied."""
         for above in self._list_around(node):
             if id(above) in self.places:
@@ -109,7 +109,7 @@ class Derivation:
                 return None if place.has_failed else place
         return None
 
-    def scale(self, run: Run) -> dict[Place, Answer]:
+    def scale(self, run: Run) -> dict[VariedPlace, Answer]:
         """The answers with the value of each place larger by a share; none where that fails.
 
         One derivation has a factor at every place, which takes hardly longer than the plain one. A
@@ -135,7 +135,7 @@ class Derivation:
         }
 
     def record(
-        self, run: Run, choices: Mapping[Place, Sequence[int]], choose: Callable[[int], None]
+        self, run: Run, choices: Mapping[VariedPlace, Sequence[int]], choose: Callable[[int], None]
     ) -> dict[int, Difference] | None:
         """The differences that edits make, by their number, of those that can be evaluated.
 
@@ -177,7 +177,7 @@ class Derivation:
 
     def vary(
         self,
-        differences: Mapping[Place, Mapping[int, Difference]],
+        differences: Mapping[VariedPlace, Mapping[int, Difference]],
         run: Run,
         gaps: Sequence[Any] = (),
     ) -> dict[int, ChosenAnswer | None]:
@@ -185,7 +185,7 @@ class Derivation:
 
         run: of code with hooks in the places; gaps: symbols of numbers to be chosen.
         """
-        wanted, fitting = dict[Place, Extent](), dict[Place, list[int]]()
+        larger, fitting = dict[VariedPlace, Extent](), dict[VariedPlace, list[int]]()
         for place, by_edit in differences.items():
             extents = {number: _measure_extent(each, gaps) for number, each in by_edit.items()}
             fitting[place] = [
@@ -193,8 +193,8 @@ class Derivation:
             ]
             elements = place.extent.elements.union(*(extents[n].elements for n in fitting[place]))
             if place.answer is None or elements != place.extent.elements:
-                wanted[place] = place.extent._replace(elements=elements)
-        remaining = iter(wanted.items())
+                larger[place] = place.extent._replace(elements=elements)
+        remaining = iter(larger.items())
         while together := dict(islice(remaining, MOST_TOGETHER)):
             self._derive(together, run)
         return {
@@ -205,14 +205,14 @@ class Derivation:
             for number, difference in by_edit.items()
         }
 
-    def _derive(self, wanted: Mapping[Place, Extent], run: Run) -> None:
+    def _derive(self, extents: Mapping[VariedPlace, Extent], run: Run) -> None:
         """Derive the equations with variations at places: together, or else one by one."""
         from crosscheck.trial.source.variations import Variation
 
-        places = {id(place.node): place for place in wanted}
+        places = {id(place.node): place for place in extents}
         numbers = {
             place: {each: next(self.counter) for each in extent.elements}
-            for place, extent in wanted.items()
+            for place, extent in extents.items()
         }
         evaluations = dict.fromkeys(places, 0)
 
@@ -222,7 +222,7 @@ class Derivation:
                 return value
             place, number = places[key], evaluations[key]
             evaluations[key] += 1
-            variables = sorted(wanted[place].variables, key=str)
+            variables = sorted(extents[place].variables, key=str)
             variations = {
                 element: Variation.begin(variation, variables)
                 for (at, element), variation in numbers[place].items()
@@ -231,33 +231,35 @@ class Derivation:
             return _add(value, variations)
 
         try:
-            with limit_processor_time(max(LEAST_S, self.seconds * (LONGER + len(wanted)))):
+            with limit_processor_time(max(LEAST_S, self.seconds * (LONGER + len(extents)))):
                 answer = run(self.answer_key, hook)
                 is_intact = self.is_intact(self._set({}, answer))
         except BaseException:  # whatever the code raises
             is_intact = False
         if not is_intact:
-            self._derive_apart(wanted, run)
+            self._derive_singly(extents, run)
         else:
-            for place, extent in wanted.items():
+            for place, extent in extents.items():
                 place.answer, place.extent, place.numbers = answer, extent, numbers[place]
                 place.answers = {}
 
-    def _derive_apart(self, wanted: Mapping[Place, Extent], run: Run) -> None:
+    def _derive_singly(self, extents: Mapping[VariedPlace, Extent], run: Run) -> None:
         """Derive the equations with each of some places varied, one with its own variables."""
-        if len(wanted) > 1:
-            for place, extent in wanted.items():
+        if len(extents) > 1:
+            for place, extent in extents.items():
                 self._derive({place: extent}, run)
             return
-        ((place, extent),) = wanted.items()
-        place.answer, restricted = None, extent.variables & place.own
+        ((place, extent),) = extents.items()
+        place.answer, restricted = None, extent.variables & place.dependencies
         if restricted == extent.variables:
             place.has_failed = True
             return
         place.extent = extent._replace(variables=restricted)
         self._derive({place: place.extent}, run)
 
-    def _choose(self, place: Place, difference: Difference, gaps: Sequence[Any]) -> ChosenAnswer:
+    def _choose(
+        self, place: VariedPlace, difference: Difference, gaps: Sequence[Any]
+    ) -> ChosenAnswer:
         """The answers with a difference at a place, of numbers for its gaps."""
         whole = place.answer
         assert whole is not None  # as the caller has seen
@@ -285,7 +287,7 @@ class Derivation:
 
         return answer
 
-    def _find_places(self, compile_tree: Callable[[], Run]) -> dict[int, Place]:
+    def _find_places(self, compile_tree: Callable[[], Run]) -> dict[int, VariedPlace]:
         """The outermost expressions whose values can be varied, by their identity."""
         nodes = {
             id(node): node
@@ -322,15 +324,17 @@ class Derivation:
         with _observe_derivatives() as differentiated:
             run(self.answer_key, hook)
         families = [*self._list_families()]
-        places, parameters = dict[int, Place](), set[Any]()
-        for key, own in variables.items():
-            parameters |= {each for each in own if each.is_Symbol} - differentiated
+        places, parameters = dict[int, VariedPlace](), set[Any]()
+        for key, direct in variables.items():
+            parameters |= {each for each in direct if each.is_Symbol} - differentiated
             is_inside = any(id(each) in varied - fixed for each in self._list_around(nodes[key], 1))
             if key in varied - fixed and not is_inside:
-                known = frozenset(own | parameters)
-                alike = known.union(*(each for each in families if not each.isdisjoint(own)))
-                extent = Extent(frozenset(listed[key]), alike)
-                places[key] = Place(nodes[key], evaluations[key], known, not own, extent)
+                dependencies = frozenset(direct | parameters)
+                alike = [each for each in families if not each.isdisjoint(direct)]
+                extent = Extent(frozenset(listed[key]), dependencies.union(*alike))
+                places[key] = VariedPlace(
+                    nodes[key], evaluations[key], dependencies, not direct, extent
+                )
         return places
 
     def _list_families(self) -> Iterator[frozenset[Any]]:

@@ -22,7 +22,7 @@ from typing import Any
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.derivation import HOOK, Derivation, Place, make_hook
+from crosscheck.trial.source.derivation import HOOK, Derivation, VariedPlace, make_hook
 from crosscheck.trial.source.edit import NONE, Edit
 from crosscheck.trial.source.syntax import SourceTree
 
@@ -172,14 +172,14 @@ class EditCompiler:
             for place, answer in scaled.items()
         }
 
-    def find_place(self, node: ast.AST) -> Place | None:
+    def find_place(self, node: ast.AST) -> VariedPlace | None:
         """Where a derivation can be varied instead of making an edit of a node."""
         if self.derivation is None or self.is_repeated(node):
             return None
         return self.derivation.find_place(node)
 
     def _vary(
-        self, edited: EditedCode, places: Mapping[int, Place]
+        self, edited: EditedCode, places: Mapping[int, VariedPlace]
     ) -> dict[int, Callable[[Sequence[float]], Answer] | None] | None:
         """The answers with each edit at a place, by its number; None where they are derived anew.
 
@@ -187,7 +187,7 @@ class EditCompiler:
         """
         if self.derivation is None or not places:
             return None
-        choices = defaultdict[Place, list[int]](list)
+        choices = defaultdict[VariedPlace, list[int]](list)
         for number, place in places.items():
             choices[place].append(number)
 
@@ -231,7 +231,7 @@ class EditCompiler:
         shared = list[Answer]() if self.is_repeated(node) else None
         return EditedCode(edited.code, edited.compiled, [], [], shared)
 
-    def _vary_gaps(self, edit: Edit, place: Place, start: Sequence[float]) -> EditedCode:
+    def _vary_gaps(self, edit: Edit, place: VariedPlace, start: Sequence[float]) -> EditedCode:
         """The same of a derivation, whose variation has symbols for the numbers."""
         import sympy as sp
 
@@ -263,7 +263,7 @@ class EditCompiler:
         self,
         edits: Sequence[Edit],
         joint: dict[int, ast.expr | ast.stmt],
-        places: Mapping[int, Place],
+        places: Mapping[int, VariedPlace],
     ) -> list[Any] | None:
         """The code with a choice of edits at each place; None where a choice cannot stand."""
         choices = dict[int, ast.expr]()
@@ -282,7 +282,10 @@ class EditCompiler:
             return None
 
     def _compile_with(
-        self, others: Mapping[int, ast.expr], nodes: Sequence[ast.AST], places: Iterable[Place]
+        self,
+        others: Mapping[int, ast.expr],
+        nodes: Sequence[ast.AST],
+        places: Iterable[VariedPlace],
     ) -> list[Any]:
         """The code with others of its nodes, by their identity, and hooks around places."""
         hooked = {id(place.node): place.node for place in places}

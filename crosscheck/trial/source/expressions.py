@@ -58,8 +58,8 @@ class LambdifiedExpression:
         self.walks += 1
         if self.written is None and self.walks <= MOST_WALKS and not named:
             try:
-                known = {**self.values, **dict(_list_pairs(self.arguments, values))}
-                return evaluate(self.expression, known)
+                every = {**self.values, **dict(_list_pairs(self.arguments, values))}
+                return evaluate(self.expression, every)
             except (Unwalkable, TypeError, ValueError):  # SymPy's function may know better
                 pass
         self.written = self.written or self.write()

@@ -143,7 +143,7 @@ class EditSearch:
             return EditedCode(self.code, compiled, [NONE]).make_answer
 
         try:
-            return Derivation(
+            derivation = Derivation(
                 self.tree,
                 self.answer_keys[0],
                 self.judge.making_s,
@@ -152,6 +152,8 @@ class EditSearch:
             )
         except Exception:  # whatever the code raises where its expressions are seen
             return None
+        is_symbolic = any(not place.is_number for place in derivation.places.values())
+        return derivation if is_symbolic else None
 
     @property
     def answers(self) -> list[MendingEdit]:
@@ -449,9 +451,9 @@ class EditSearch:
             if time.process_time() > last_s:
                 return []
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
-            is_apart = len(statements) > 1 and not pair[0].wrong & pair[1].wrong
+            are_disjoint = len(statements) > 1 and not pair[0].wrong & pair[1].wrong
             key = frozenset(id(each.edit) for each in pair)
-            if is_apart and key not in self.pairs:  # which are asked for after each rank
+            if are_disjoint and key not in self.pairs:  # which are asked for after each rank
                 self.pairs.add(key)
                 both = self._judge_pair([each.edit for each in pair])
                 if both is not None and not both.wrong:

@@ -43,16 +43,16 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 import numpy as np
-from crosscheck.trial.source.derivation import SHARE
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edits import list_edits
 from crosscheck.trial.source.libraries import quicken_libraries
-from crosscheck.trial.source import search as searches
+from crosscheck.trial.source import derivation, search as searches
 from tests.trial.source.test_derivations import VARIED
 from tests.trial.source.test_source_edits import make_answer_key, write_code
 
 quicken_libraries()
 searches.DERIVING_S = 0.0  # SymPy remembers what the answer key was derived by
+derivation.LEAST_S = derivation.SCALING_S = derivation.RECORDING_S = 60.0  # also if it is slow
 key = make_answer_key(VARIED)
 search = searches.EditSearch(write_code(Path(sys.argv[1]), VARIED), [key])
 compiler = search.compiler
@@ -79,7 +79,7 @@ assert gap.varied
 compare(replace(gap, chosen=[0.45]), node, "0.45")
 
 node = nodes["m * g * lever.dot(N.y)"]
-compare(compiler.scale_places()[id(node)], node, f"{1 + SHARE} * ({ast.unparse(node)})")
+compare(compiler.scale_places()[id(node)], node, f"{1 + derivation.SHARE} * ({ast.unparse(node)})")
 """
 
 
