@@ -293,7 +293,7 @@ class RobotProblem:
             nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
             yield f"bias is not 0 at rest: {nonlinear}"
         if answers.driven and self.equations.gravity is None:
-            yield "force is the motors' torques alone: the weights are read as gravity, on the left"
+            yield "force has no weights: they are read as gravity, on the left"
         if answers.weightless:
             yield "inverse_dynamics leaves the weights out"
         if self.has_file_friction:

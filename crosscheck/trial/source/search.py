@@ -48,7 +48,9 @@ from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, descri
 from crosscheck.trial.source.syntax import NUMBER, SourceTree, list_run_lines
 
 BUDGET_S = 15.0  # [s] of processor time, of a whole search
-DERIVING_BUDGET_S = 30.0  # [s] of that of code that derives equations, whose edits take longer
+# [s] of that of code that derives equations, whose edits take longer, with that of some
+# derivations; and the most.
+DERIVING_BUDGET_S, DERIVATIONS, LONGEST_BUDGET_S = 30.0, 10, 60.0
 DERIVING_S = 0.005  # [s] of processor time, that making equations takes if they are derived
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK, STATED_RANK = 2, 3, ADDING_RANK, RANKS[-1]
@@ -116,7 +118,9 @@ class EditSearch:
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending, self.effects = list[MendingEdit](), list[EditEffect]()
         self.pairs = set[frozenset[int]]()  # of edits, by identity, that are judged together
-        self.budget_s = DERIVING_BUDGET_S if self.judge.making_s > DERIVING_S else BUDGET_S
+        self.budget_s = BUDGET_S
+        if (making_s := self.judge.making_s) > DERIVING_S:
+            self.budget_s = min(DERIVING_BUDGET_S + DERIVATIONS * making_s, LONGEST_BUDGET_S)
         self.deferred = deque[tuple[Edit, EditedCode]]()
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
         self.compiler.derivation = self._find_derivation()

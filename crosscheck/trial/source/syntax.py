@@ -433,11 +433,16 @@ def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
 
 
 def _list_attributes(value: Any) -> list[str]:
-    """Names of an object's own attributes, and of those that its class works out."""
+    """Names of an object's own attributes, and of those that its class has or works out."""
     if not hasattr(value, "__dict__") or callable(value):
         return []
-    names = {*vars(value), *(n for n, v in vars(type(value)).items() if hasattr(v, "fget"))}
+    of_class = (n for n, v in vars(type(value)).items() if hasattr(v, "fget") or _is_datum(v))
+    names = {*vars(value), *of_class}
     return sorted(each for each in names if not each.startswith(("_", "model_")))
+
+
+def _is_datum(value: Any) -> bool:
+    return isinstance(value, int | float | list | tuple | np.ndarray)
 
 
 def find_product_kind(left: Kind, right: Kind) -> Kind:

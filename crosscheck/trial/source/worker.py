@@ -15,7 +15,7 @@ from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edits import RANKS
 from crosscheck.trial.source.libraries import quicken_libraries
 from crosscheck.trial.source.sandbox import enter_sandbox
-from crosscheck.trial.source.search import BUDGET_S, DERIVING_BUDGET_S, EditSearch
+from crosscheck.trial.source.search import BUDGET_S, LONGEST_BUDGET_S, EditSearch
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceSearch
 
 CLOSING_S = 20  # [s] of processor time beyond the budgets, after which the process is ended
@@ -70,7 +70,7 @@ class RankTask(SelfKeyedTask):
             code, make_answer_keys = _requests[self.search]
             answer_keys = list(make_answer_keys())
             quicken_libraries()
-            enter_sandbox(2 * int(BUDGET_S + DERIVING_BUDGET_S) + CLOSING_S)
+            enter_sandbox(2 * int(BUDGET_S + LONGEST_BUDGET_S) + CLOSING_S)
             _searches[self.search] = EditSearch(code, answer_keys)
         search = _searches[self.search]
         if self.is_second:

@@ -422,6 +422,19 @@ def make():
     assert edit.remedy == "b * q[1] + a * q[0] should be 0"
 
 
+def test_an_attribute_of_a_class_that_nothing_reads_is_tried(tmp_path):
+    text = """
+def make():
+    class Arm:
+        a, b = 1.3, 0.7
+        def push(self, q):
+            return [self.a * q[0], self.b * q[1]]
+    return {"push": Arm().push}
+"""
+    (edit,) = search(tmp_path, text, ("self.b", "self.a")).edits
+    assert edit.remedy == "self.a * q[1] should be self.b * q[1]"
+
+
 def test_the_derivative_by_coordinates_that_lagrange_needs_is_found(tmp_path):
     text = """
 import sympy as sp
