@@ -31,7 +31,7 @@ MOST_TOGETHER = 4  # places of one derivation: with more of them it takes longer
 LONGER, LEAST_S = 2.0, 0.8
 SHARE = 0.37  # by which values are scaled: no symmetric or usual factor
 EMPTY: Mapping[Any, float] = MappingProxyType({})
-SCALING_S = 2.0  # [s] of processor time, of the derivation with a factor at every place
+SCALING_S = 6.0  # [s] of processor time, of the derivation with a factor at every place
 RECORDING_S = 5.0  # [s] of processor time, of the recording of many differences
 # Of nodes: what is no value of its own, or no number to compute with.
 UNVARIED = ("func", "slice", "test", "decorator_list", "annotation", "returns", "targets")

@@ -258,12 +258,15 @@ class EditSearch:
 
         What moves alike in two calls may cancel, though an edit might make it unlike: if nothing
         moves, each evaluation has another value. What stands in a place of a derivation that moves
-        nothing wrong, or what is right, needs no look.
+        nothing wrong, or what is right, needs no look. Where places cannot be looked at together,
+        nothing is: each derivation would take too long.
         """
         places = dict[int, Response]()
         for key, scaled in self.compiler.scale_places().items():
             with suppress(BaseException):  # whatever another value leads to
                 places[key] = self.judge.measure_response(scaled)
+        if self.compiler.derivation is not None and not places:
+            return {}
         idle = {key for key, each in places.items() if each.moves_right or not each.moves_wrong}
         nodes = [
             node
