@@ -91,7 +91,7 @@ def test_nonlinear_effects_are_bias_and_gravity():
     assert set(trial.relative_errors) == {"mass_matrix", "bias", "gravity", "force"}
     bias, force = trial.scope[:2]
     assert "bias is not 0 at rest: read as nonlinear effects" in bias
-    assert "force is the motors' torques alone" in force
+    assert "force has no weights" in force
     beside = trial_of(replace(own, bias=two_link.bias, gravity=two_link.gravity))
     assert beside.agrees
     assert beside.scope == ()
