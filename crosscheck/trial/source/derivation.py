@@ -214,6 +214,7 @@ class Derivation:
             place: {each: next(self.counter) for each in extent.elements}
             for place, extent in extents.items()
         }
+        ordered = {place: sorted(each.variables, key=str) for place, each in extents.items()}
         evaluations = dict.fromkeys(places, 0)
 
         def hook(key: int, evaluate: Thunk) -> Any:
@@ -222,9 +223,8 @@ class Derivation:
                 return value
             place, number = places[key], evaluations[key]
             evaluations[key] += 1
-            variables = sorted(extents[place].variables, key=str)
             variations = {
-                element: Variation.begin(variation, variables)
+                element: Variation.begin(variation, ordered[place])
                 for (at, element), variation in numbers[place].items()
                 if at == number
             }
@@ -307,7 +307,7 @@ class Derivation:
                 fixed.add(key)
                 return value
             number = evaluations.get(key, 0)
-            variables.setdefault(key, set()).update(list_variables(elements.values()))
+            variables.setdefault(key, set()).update(_list_variables(elements.values()))
             listed.setdefault(key, set()).update((number, at) for at in elements if elements[at])
             evaluations[key] = number + 1
             if not all(map(_is_coordinate, elements.values())) and not _is_axis(value):
@@ -324,11 +324,11 @@ class Derivation:
         with _observe_derivatives() as differentiated:
             run(self.answer_key, hook)
         families = [*self._list_families()]
-        places, parameters = dict[int, VariedPlace](), set[Any]()
+        places, parameters, free = dict[int, VariedPlace](), set[Any](), varied - fixed
         for key, direct in variables.items():
             parameters |= {each for each in direct if each.is_Symbol} - differentiated
-            is_inside = any(id(each) in varied - fixed for each in self._list_around(nodes[key], 1))
-            if key in varied - fixed and not is_inside:
+            _, *around = self._list_around(nodes[key])
+            if key in free and free.isdisjoint(map(id, around)):
                 dependencies = frozenset(direct | parameters)
                 alike = [each for each in families if not each.isdisjoint(direct)]
                 extent = Extent(frozenset(listed[key]), dependencies.union(*alike))
@@ -351,12 +351,11 @@ class Derivation:
                 if elements and all(map(_is_coordinate, elements)):
                     yield frozenset(elements)
 
-    def _list_around(self, node: ast.AST, first: int = 0) -> Iterator[ast.AST]:
-        """An expression and those that it is in, from one of them on."""
+    def _list_around(self, node: ast.AST) -> Iterator[ast.AST]:
+        """An expression and those that it is in, the innermost first."""
         above: ast.AST | None = node
         while isinstance(above, ast.expr | ast.keyword | ast.comprehension):
-            if not first or above is not node:
-                yield above
+            yield above
             above = self.tree.parent(above)
 
 
@@ -386,11 +385,11 @@ def _list_expressions(node: ast.AST) -> Iterator[ast.expr]:
 
 
 def _measure_extent(difference: Difference, gaps: Collection[Any]) -> Extent:
-    variables = list_variables(difference.values()) - {*gaps}
+    variables = _list_variables(difference.values()) - {*gaps}
     return Extent(frozenset(difference), frozenset(variables))
 
 
-def list_variables(expressions: Iterable[Any]) -> set[Any]:
+def _list_variables(expressions: Iterable[Any]) -> set[Any]:
     """Symbols, functions of time and their rates that expressions depend on."""
     import sympy as sp
     from sympy.core.function import AppliedUndef
@@ -434,7 +433,7 @@ def _is_axis(value: Any) -> bool:
     """Whether it is a vector of numbers alone, about which something may turn."""
     from sympy.physics.vector import Vector
 
-    return isinstance(value, Vector) and not list_variables(_list_elements(value).values())
+    return isinstance(value, Vector) and not _list_variables(_list_elements(value).values())
 
 
 def _list_elements(value: Any) -> dict[Element, Any]:
