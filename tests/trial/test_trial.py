@@ -214,6 +214,25 @@ def test_inverse_dynamics_alone_is_judged_where_a_and_v_meet(labelled):
     assert red.quantity == "inverse-dynamics"
 
 
+@pytest.mark.parametrize("share", [1, 0.9, -1])
+def test_inverse_dynamics_hold_the_weights_that_the_force_has(share):
+    """share: of the weights in the inverse dynamics; the force has them whole."""
+
+    def factory(arm: Arm) -> Equations:
+        model = build("analytic:links", arm, make_rest_scenario())
+
+        def push(x: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            return torque + model.generalized_force(0.0, x, 0 * x)
+
+        def whole(x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+            return model.mass_matrix(x) @ a + model.bias(x, v) - share * push(x, 0 * x)
+
+        return Equations(model.mass_matrix, model.bias, inverse_dynamics=whole, force=push)
+
+    differing = trial_of(factory, make_plain_arm("tested", 2)).agreement.disagreeing
+    assert [each.quantity for each in differing] == ["inverse-dynamics"] * (share != 1)
+
+
 FORMS = "effects", "beside gravity", "beside force", "whole in force", "torques"
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from crosscheck.analytic.robot.model import multiply
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import list_leaf_values
@@ -32,6 +33,7 @@ from crosscheck.trial.source.answer_key import (
 )
 
 FEW_STATES = 3
+INVERSE = "inverse_dynamics"  # asked with the rates as accelerations
 
 
 def make_arm_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
@@ -60,7 +62,12 @@ def _make_answer_key(problem: VerificationProblem, levels: Sequence[str]) -> Ans
         bound = bind_equations(build_equations(source, arm, scenario, problem.name), arm, frame)
         if not bound.has <= problem.has:
             raise BadAnswer("an error has become a part that is not judged")
-        return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
+
+        def answer(part: str, state: int) -> np.ndarray:
+            answers = QUESTIONS[part](bound, states[state], states[state].u)
+            return answers[0] if part == INVERSE else answers
+
+        return answer
 
     right = {each: _ask_reference(problem, each) for each in levels}
     values = list_leaf_values(arm.model_dump(mode="json"))
@@ -76,4 +83,10 @@ def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
         if (values := problem.find_right(level, part)) is not None:
             right[part] = values
     allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in right}
+    given = problem.bound.given
+    if INVERSE in given and given & {"mass_matrix", "bias"} and {"mass_matrix", "bias"} <= {*right}:
+        rates = np.array([state.u for state in problem.states])
+        right[INVERSE] = multiply(right["mass_matrix"], rates) + right["bias"]
+        largest = sizes.bias + sizes.mass @ np.abs(rates).max(axis=0)
+        allowed[INVERSE] = sizes.tolerance("bias") * largest
     return LevelAnswers(right, allowed)

@@ -138,9 +138,12 @@ class SuppliedEquations:
         whole = self._call_part("inverse_dynamics", x=x, v=v, a=a)
         weights: np.ndarray | float = 0.0
         if ("inverse_dynamics", WEIGHTS) in self.held:
-            has_gravity = "gravity" in self.has
-            weights = self.gravity(x) if has_gravity else self._call_at_rest("inverse_dynamics", x)
+            weights = self.gravity(x) if "gravity" in self.has else -self._find_resting_force(x)
         return whole - weights - self._compute_held_friction("inverse_dynamics", x, v)
+
+    def _find_resting_force(self, x: np.ndarray) -> np.ndarray:
+        """The force at rest and without torques, which is that of the weights alone."""
+        return self.force(0.0, x, np.zeros(len(x)), np.zeros(len(self.arm.joints)))
 
     def call_moving(self, part: str, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Bias or inverse dynamics as they are given, without acceleration, shape (n,)."""

@@ -35,6 +35,7 @@ SCALING_S = 6.0  # [s] of processor time, of the derivation with a factor at eve
 RECORDING_S = 5.0  # [s] of processor time, of the recording of many differences
 # Of nodes: what is no value of its own, or no number to compute with.
 UNVARIED = ("func", "slice", "test", "decorator_list", "annotation", "returns", "targets")
+_numbers = count()  # of differences, which those of no other derivation share
 Element = tuple[Any, ...]  # of a value: nothing, a row and a column, or a frame's name and an axis
 Difference = Mapping[tuple[int, Element], Any]  # by evaluation and element, those that are not 0
 Thunk = Callable[[], Any]
@@ -99,7 +100,6 @@ class Derivation:
         self.tree, self.answer_key, self.seconds = tree, answer_key, seconds
         self.is_intact = is_intact
         self.places = self._find_places(compile_tree)
-        self.counter = count()
 
     def find_place(self, node: ast.AST) -> VariedPlace | None:
         """The place that an expression is, or is in; None where it cannot be varied."""
@@ -117,7 +117,7 @@ class Derivation:
         """
         from crosscheck.trial.source.variations import Variation
 
-        numbers = {k: next(self.counter) for k, each in self.places.items() if not each.is_number}
+        numbers = {k: next(_numbers) for k, each in self.places.items() if not each.is_number}
 
         def hook(key: int, evaluate: Thunk) -> Any:
             value = evaluate()
@@ -211,7 +211,7 @@ class Derivation:
 
         places = {id(place.node): place for place in extents}
         numbers = {
-            place: {each: next(self.counter) for each in extent.elements}
+            place: {each: next(_numbers) for each in extent.elements}
             for place, extent in extents.items()
         }
         ordered = {place: sorted(each.variables, key=str) for place, each in extents.items()}
@@ -330,8 +330,10 @@ class Derivation:
             _, *around = self._list_around(nodes[key])
             if key in free and free.isdisjoint(map(id, around)):
                 dependencies = frozenset(direct | parameters)
-                alike = [each for each in families if not each.isdisjoint(direct)]
-                extent = Extent(frozenset(listed[key]), dependencies.union(*alike))
+                alike = dependencies.union(*(e for e in families if not e.isdisjoint(direct)))
+                # An axis of another frame brings its angle into a rate.
+                angles = {each.expr for each in alike if each.is_Derivative}
+                extent = Extent(frozenset(listed[key]), alike | angles)
                 places[key] = VariedPlace(
                     nodes[key], evaluations[key], dependencies, not direct, extent
                 )

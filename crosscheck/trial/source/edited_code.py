@@ -201,7 +201,8 @@ class EditCompiler:
             place: {n: differences[n] for n in numbers if n in differences}
             for place, numbers in choices.items()
         }
-        return self.derivation.vary(by_place, edited.make_answer)
+        # Of answers that are kept, no edit of a later line may be chosen.
+        return self.derivation.vary(by_place, replace(edited, numbers=[]).make_answer)
 
     def compile(self, edits: Sequence[Edit]) -> EditedCode | None:
         """The code with all of some edits; None if it is no Python."""

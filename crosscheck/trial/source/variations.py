@@ -16,6 +16,7 @@ from sympy.utilities.iterables import flatten
 
 from crosscheck.trial.source.expressions import FUNCTIONS, evaluate
 
+ANY = 0.37  # number of the first symbol that has no effect on the value of an expression
 MOST_DERIVATIVES = 100_000  # derivatives of differences that are remembered
 
 
@@ -52,9 +53,10 @@ class Variation(sp.Function):
 
     @classmethod
     def list_unknown(cls, expression: Any, arguments: Sequence[Any]) -> dict[sp.Symbol, sp.Expr]:
-        """Symbols of an expression that are no arguments of its function, with no number for each.
+        """Symbols of an expression that are no arguments of its function, with a number for each.
 
-        A difference depends on fewer variables than its variation does.
+        A right difference depends on fewer variables than its variation does: where M is a second
+        derivative by the rates, these have cancelled, and any number of them gives the same.
         """
         listed = expression if isinstance(expression, list | tuple) else [expression]
         varied = [
@@ -64,7 +66,8 @@ class Variation(sp.Function):
             return {}
         given = (each.free_symbols for each in flatten(arguments))
         symbols = set[sp.Symbol]().union(*(each.free_symbols for each in varied))
-        return dict.fromkeys(symbols.difference(*given), sp.nan)
+        unknown = sorted(symbols.difference(*given), key=str)
+        return {each: sp.Float(ANY + n) for n, each in enumerate(unknown)}
 
     def _eval_derivative(self, symbol: sp.Expr) -> sp.Expr:
         number, *variables = self.args
