@@ -81,7 +81,7 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
     for other, kind in site.scope.list_leaves(written=written):
         is_other = other not in (text, opposed) and site.can_be(kind)
         is_other = is_other and (other.isidentifier() or not is_object)
-        if is_other and near == _is_near(text, other, kind):
+        if is_other and near == (_is_near(text, other, kind) and site.scope.are_alike(text, other)):
             yield other
 
 

@@ -29,6 +29,7 @@ HOOK = "_crosscheck_hook"  # name by which the code finds what is called with it
 MOST_TOGETHER = 4  # places of one derivation: with more of them it takes longer than twice
 # Times that a derivation takes as long as the plain one, on top one for each place; and least [s].
 LONGER, LEAST_S = 2.0, 0.8
+MOST_ELEMENTS = 9  # of a variation, with those of other frames
 SHARE = 0.37  # by which values are scaled: no symmetric or usual factor
 EMPTY: Mapping[Any, float] = MappingProxyType({})
 SCALING_S = 6.0  # [s] of processor time, of the derivation with a factor at every place
@@ -54,6 +55,14 @@ class Extent(NamedTuple):
     elements: frozenset[tuple[int, Element]]
     variables: frozenset[Any]
 
+    def includes(self, other: Extent) -> bool:
+        """Whether differences of another extent are differences of this one."""
+        return self.elements >= other.elements and self.variables >= other.variables
+
+
+class Unvaried(Exception):
+    """An error for a difference that nothing stands for in a derivation."""
+
 
 @dataclass(eq=False)
 class VariedPlace:
@@ -62,7 +71,7 @@ class VariedPlace:
     evaluations: how often it is evaluated while the equations are made; dependencies: what it
     depends on, with all parameters; is_number: whether it depends on nothing; extent: of its
     variations, with their numbers; answer: of the equations with them; None before these are made,
-    and where that fails.
+    and where that fails; can_grow: whether it may have more elements.
     """
 
     node: ast.expr
@@ -73,7 +82,76 @@ class VariedPlace:
     numbers: Mapping[tuple[int, Element], int] = field(default_factory=dict)
     answer: Answer | None = None
     has_failed: bool = False
+    can_grow: bool = True
     answers: dict[Any, Answer] = field(default_factory=dict)
+
+
+class _Recorder:
+    """What edits make of expressions while the equations are made once, as they are.
+
+    is_over: whether all that counts has been evaluated; else that of which something has not been
+    is unknown.
+    """
+
+    def __init__(
+        self,
+        places: Mapping[int, VariedPlace],
+        choices: Mapping[int, Sequence[int]],
+        choose: Callable[[int], None],
+    ) -> None:
+        self.choices, self.choose = choices, choose
+        self.places = {
+            key: places[key] for key in choices if key in places and not places[key].has_failed
+        }
+        self.evaluations, self.is_over, self.is_busy = dict.fromkeys(choices, 0), False, False
+        self.recorded = dict[int, dict[tuple[int, Element], Any]]()
+        self.failed, self.unvaried = set[int](), set[int]()
+
+    @property
+    def differences(self) -> dict[int, Difference | None]:
+        """Those that are not 0, by the number of the edit; None of those that cannot be varied."""
+        differences = {**self.recorded, **dict.fromkeys(sorted(self.unvaried), None)}
+        for key, edits in self.choices.items():
+            if not self.is_over and not self._is_complete(key):
+                differences |= dict.fromkeys(edits)
+        return {n: each for n, each in differences.items() if each != {} and n not in self.failed}
+
+    def _is_complete(self, key: int) -> bool:
+        """Whether a place has been evaluated as often as it is."""
+        return key in self.places and self.evaluations[key] == self.places[key].evaluations
+
+    def hook(self, key: int, evaluate: Thunk) -> Any:
+        """The value of an expression as it is, after those of its edits."""
+        value = evaluate()
+        if self.is_busy or key not in self.choices:
+            return value
+        self.is_busy = True
+        for edit in self.choices[key]:
+            self.choose(edit)
+            try:
+                self._record(edit, key, evaluate(), value)
+            except Exception:  # whatever an edit leads to
+                self.failed.add(edit)
+        self.choose(NONE)
+        self.is_busy = False
+        self.evaluations[key] += 1
+        self.is_over = all(map(self._is_complete, self.choices))
+        if self.is_over:
+            raise _Enough
+        return value
+
+    def _record(self, edit: int, key: int, value: Any, plain: Any) -> None:
+        if key not in self.places:
+            self.unvaried |= set() if _are_equal(value, plain) else {edit}
+            return
+        try:
+            difference = _subtract(value, plain)
+        except Unvaried:
+            self.unvaried.add(edit)
+        else:
+            number = self.evaluations[key]
+            elements = {(number, element): each for element, each in difference.items()}
+            self.recorded.setdefault(edit, {}).update(elements)
 
 
 class Derivation:
@@ -135,45 +213,26 @@ class Derivation:
         }
 
     def record(
-        self, run: Run, choices: Mapping[VariedPlace, Sequence[int]], choose: Callable[[int], None]
-    ) -> dict[int, Difference] | None:
-        """The differences that edits make, by their number, of those that can be evaluated.
+        self,
+        run: Run,
+        choices: Mapping[int, Sequence[int]],
+        choose: Callable[[int], None],
+    ) -> dict[int, Difference | None]:
+        """The differences that edits make, by their number, of those that make any.
 
-        run: of code with hooks in the places; choices: by place, the numbers of the edits there;
-        choose: chooses one of them, or NONE. None if the code fails, or takes long.
+        None of those that make one which cannot be varied, or is not known: the code takes long.
+
+        Args:
+            run: Makes the equations of code with hooks around expressions.
+            choices: By the identity of an expression, a place or another one, the numbers of the
+                edits in it.
+            choose: Chooses one of them, or NONE.
         """
-        left = sum(place.evaluations for place in choices)
-        places = {id(place.node): place for place in choices}
-        evaluations = dict.fromkeys(places, 0)
-        recorded: dict[int, dict[tuple[int, Element], Any]] = {}
-        failed = set[int]()
-        is_busy = False
-
-        def hook(key: int, evaluate: Thunk) -> Any:
-            nonlocal left, is_busy
-            value = evaluate()
-            if is_busy or key not in places:
-                return value
-            is_busy, number = True, evaluations[key]
-            for edit in choices[places[key]]:
-                choose(edit)
-                try:
-                    difference = _subtract(evaluate(), value)
-                except Exception:  # whatever an edit leads to
-                    failed.add(edit)
-                else:
-                    elements = {(number, element): each for element, each in difference.items()}
-                    recorded.setdefault(edit, {}).update(elements)
-            choose(NONE)
-            is_busy, left = False, left - 1
-            evaluations[key] += 1
-            if not left:
-                raise _Enough
-            return value
-
+        recorder = _Recorder(self.places, choices, choose)
         with suppress(BaseException), limit_processor_time(RECORDING_S):  # whatever the code raises
-            run(self.answer_key, hook)
-        return None if left else {n: each for n, each in recorded.items() if n not in failed}
+            run(self.answer_key, recorder.hook)
+            recorder.is_over = True
+        return recorder.differences
 
     def vary(
         self,
@@ -185,13 +244,17 @@ class Derivation:
 
         run: of code with hooks in the places; gaps: symbols of numbers to be chosen.
         """
-        larger, fitting = dict[VariedPlace, Extent](), dict[VariedPlace, list[int]]()
+        larger = dict[VariedPlace, Extent]()
+        extents = {
+            number: _measure_extent(difference, gaps)
+            for by_edit in differences.values()
+            for number, difference in by_edit.items()
+        }
         for place, by_edit in differences.items():
-            extents = {number: _measure_extent(each, gaps) for number, each in by_edit.items()}
-            fitting[place] = [
-                n for n, each in extents.items() if each.variables <= place.extent.variables
-            ]
-            elements = place.extent.elements.union(*(extents[n].elements for n in fitting[place]))
+            fitting = (extents[n] for n in by_edit if extents[n].variables <= place.extent.variables)
+            elements = place.extent.elements.union(*(each.elements for each in fitting))
+            if not place.can_grow or len(elements) > MOST_ELEMENTS:
+                elements = place.extent.elements
             if place.answer is None or elements != place.extent.elements:
                 larger[place] = place.extent._replace(elements=elements)
         remaining = iter(larger.items())
@@ -199,7 +262,7 @@ class Derivation:
             self._derive(together, run)
         return {
             number: self._choose(place, difference, gaps)
-            if number in fitting[place] and place.answer is not None
+            if place.answer is not None and place.extent.includes(extents[number])
             else None
             for place, by_edit in differences.items()
             for number, difference in by_edit.items()
@@ -244,18 +307,25 @@ class Derivation:
                 place.answers = {}
 
     def _derive_singly(self, extents: Mapping[VariedPlace, Extent], run: Run) -> None:
-        """Derive the equations with each of some places varied, one with its own variables."""
+        """Derive the equations with each of some places varied, one as far as that is possible.
+
+        That is with its own elements if not with more; then with its own variables.
+        """
         if len(extents) > 1:
             for place, extent in extents.items():
                 self._derive({place: extent}, run)
             return
         ((place, extent),) = extents.items()
-        place.answer, restricted = None, extent.variables & place.dependencies
-        if restricted == extent.variables:
+        restricted = extent.variables & place.dependencies
+        if extent.elements != place.extent.elements:
+            place.can_grow = False
+            if place.answer is None:
+                self._derive({place: place.extent}, run)
+        elif restricted != extent.variables:
+            place.extent = extent._replace(variables=restricted)
+            self._derive({place: place.extent}, run)
+        else:
             place.has_failed = True
-            return
-        place.extent = extent._replace(variables=restricted)
-        self._derive({place: place.extent}, run)
 
     def _choose(
         self, place: VariedPlace, difference: Difference, gaps: Sequence[Any]
@@ -297,7 +367,7 @@ class Derivation:
         }
         evaluations, variables = dict[int, int](), dict[int, set[Any]]()
         listed = dict[int, set[tuple[int, Element]]]()
-        varied, fixed = set[int](), set[int]()
+        varied, fixed, symbols = set[int](), set[int](), set[int]()
 
         def hook(key: int, evaluate: Thunk) -> Any:
             value = evaluate()
@@ -310,7 +380,9 @@ class Derivation:
             variables.setdefault(key, set()).update(_list_variables(elements.values()))
             listed.setdefault(key, set()).update((number, at) for at in elements if elements[at])
             evaluations[key] = number + 1
-            if not all(map(_is_coordinate, elements.values())) and not _is_axis(value):
+            if getattr(value, "is_Symbol", False):
+                symbols.add(key)
+            elif not all(map(_is_coordinate, elements.values())) and not _is_axis(value):
                 varied.add(key)
             return value
 
@@ -324,6 +396,13 @@ class Derivation:
         with _observe_derivatives() as differentiated:
             run(self.answer_key, hook)
         families = [*self._list_families()]
+        # Of symbols that stand alone those that a function is given, but not to differentiate by.
+        varied |= {
+            key
+            for key in symbols
+            if isinstance(self.tree.parent(nodes[key]), ast.Call)
+            and variables[key].isdisjoint(differentiated)
+        }
         places, parameters, free = dict[int, VariedPlace](), set[Any](), varied - fixed
         for key, direct in variables.items():
             parameters |= {each for each in direct if each.is_Symbol} - differentiated
@@ -380,7 +459,10 @@ def _list_expressions(node: ast.AST) -> Iterator[ast.expr]:
                 if is_read and not isinstance(node, ast.Attribute | ast.Subscript):
                     yield each
                 continue
-            if isinstance(each, ast.BinOp | ast.UnaryOp | ast.Call):
+            # What a statement calls, it calls for its effect.
+            if isinstance(each, ast.BinOp | ast.UnaryOp | ast.Call) and not isinstance(
+                node, ast.Expr
+            ):
                 yield each
             if not isinstance(each, ast.JoinedStr | ast.Starred):
                 yield from _list_expressions(each)
@@ -432,10 +514,10 @@ def _is_coordinate(value: Any) -> bool:
 
 
 def _is_axis(value: Any) -> bool:
-    """Whether it is a vector of numbers alone, about which something may turn."""
+    """Whether it is a vector of a frame, about which something may turn."""
     from sympy.physics.vector import Vector
 
-    return isinstance(value, Vector) and not _list_variables(_list_elements(value).values())
+    return isinstance(value, Vector) and [e for e in _list_elements(value).values() if e] == [1]
 
 
 def _list_elements(value: Any) -> dict[Element, Any]:
@@ -457,11 +539,21 @@ def _list_elements(value: Any) -> dict[Element, Any]:
     return {(): sp.sympify(value)}
 
 
+def _are_equal(value: Any, other: Any) -> bool:
+    try:
+        return bool(value == other)
+    except Exception:  # whatever an object of the code raises
+        return False
+
+
 def _subtract(value: Any, other: Any) -> dict[Element, Any]:
-    """The elements of a difference that are not 0. Raises TypeError for values of another kind."""
+    """The elements of a difference that are not 0.
+
+    Raises TypeError for values of another kind, and Unvaried for a vector 0, which has no frame.
+    """
     elements, others = _list_elements(value), _list_elements(other)
-    if {*map(len, elements)} != {*map(len, others)}:  # or a vector that is 0, in no frame
-        raise TypeError
+    if not {*map(len, elements)} <= {*map(len, others)}:
+        raise TypeError if others else Unvaried
     differences = {
         each: elements.get(each, 0) - others.get(each, 0) for each in {**elements, **others}
     }

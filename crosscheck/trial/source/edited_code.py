@@ -22,7 +22,13 @@ from typing import Any
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.derivation import HOOK, Derivation, VariedPlace, make_hook
+from crosscheck.trial.source.derivation import (
+    HOOK,
+    Derivation,
+    Difference,
+    VariedPlace,
+    make_hook,
+)
 from crosscheck.trial.source.edit import NONE, Edit
 from crosscheck.trial.source.syntax import SourceTree
 
@@ -138,19 +144,23 @@ class EditCompiler:
                     joint[number] = edit.parse()
                 except SyntaxError:
                     continue
-        places = {
-            number: place for number in joint if (place := self.find_place(edits[number].node))
-        }
+        expressions = dict[int, ast.expr]()
+        if self.derivation is not None:
+            expressions = {
+                number: place.node if (place := self.find_place(node)) else node
+                for number in joint
+                if isinstance(node := edits[number].node, ast.expr) and not self.is_repeated(node)
+            }
         together = None
-        if len(joint) > 1 or places:
-            together = self._compile_together(edits, joint, places)
+        if len(joint) > 1 or expressions:
+            together = self._compile_together(edits, joint, expressions.values())
         numbers, shared, unread = list[float](), list[Answer](), self.tree.unread_names
         edited = EditedCode(self.tree.code, together or self.compiled, [NONE], numbers)
-        varied = self._vary(edited, places) if together else None
+        varied = self._vary(edited, expressions) if together else None
         for number, edit in enumerate(edits):
             if together is None or number not in joint:
                 yield edit, self.compile([edit])
-            elif varied is not None and number in places:
+            elif varied is not None and number in expressions:
                 if number in varied:
                     yield edit, replace(edited, chosen=[number], varied=varied[number])
             else:
@@ -163,9 +173,8 @@ class EditCompiler:
         """The code of a derivation with each place's value scaled, by the place's identity."""
         if self.derivation is None:
             return {}
-        edited = EditedCode(
-            self.tree.code, self._compile_with({}, [], self.derivation.places.values())
-        )
+        nodes = [place.node for place in self.derivation.places.values()]
+        edited = EditedCode(self.tree.code, self._compile_with({}, [], nodes))
         scaled = self.derivation.scale(edited.make_answer)
         return {
             id(place.node): replace(edited, varied=partial(_return_first, answer))
@@ -179,30 +188,31 @@ class EditCompiler:
         return self.derivation.find_place(node)
 
     def _vary(
-        self, edited: EditedCode, places: Mapping[int, VariedPlace]
+        self, edited: EditedCode, expressions: Mapping[int, ast.expr]
     ) -> dict[int, Callable[[Sequence[float]], Answer] | None] | None:
-        """The answers with each edit at a place, by its number; None where they are derived anew.
+        """The answers with each edit that changes a value; None where they are derived anew.
 
-        edited: the code with all edits, of which none is chosen.
+        edited: the code with all edits, of which none is chosen; expressions: by an edit's number,
+        a place or what is changed.
         """
-        if self.derivation is None or not places:
+        if self.derivation is None or not expressions:
             return None
-        choices = defaultdict[VariedPlace, list[int]](list)
-        for number, place in places.items():
-            choices[place].append(number)
+        choices = defaultdict[int, list[int]](list)
+        for number, node in expressions.items():
+            choices[id(node)].append(number)
 
         def choose(number: int) -> None:
             edited.numbers[:] = [number]
 
         differences = self.derivation.record(edited.make_answer, choices, choose)
-        if differences is None:
-            return None
-        by_place = {
-            place: {n: differences[n] for n in numbers if n in differences}
-            for place, numbers in choices.items()
-        }
+        by_place = defaultdict[VariedPlace, dict[int, Difference]](dict)
+        for number, difference in differences.items():
+            if difference is not None:
+                place = self.derivation.places[id(expressions[number])]
+                by_place[place][number] = difference
         # Of answers that are kept, no edit of a later line may be chosen.
-        return self.derivation.vary(by_place, replace(edited, numbers=[]).make_answer)
+        varied = self.derivation.vary(by_place, replace(edited, numbers=[]).make_answer)
+        return {number: varied.get(number) for number in differences}
 
     def compile(self, edits: Sequence[Edit]) -> EditedCode | None:
         """The code with all of some edits; None if it is no Python."""
@@ -240,19 +250,20 @@ class EditCompiler:
         other = edit.parse()
         assert isinstance(other, ast.expr)  # as the text of one is
         edited = EditedCode(
-            self.tree.code, self._compile_with({id(edit.node): other}, [edit.node], [place]), start
+            self.tree.code, self._compile_with({id(edit.node): other}, [edit.node], [place.node]), start
         )
         symbols = [sp.Dummy() for _ in start]
 
         def choose(number: int) -> None:
             edited.numbers[:] = start if number == NONE else symbols
 
-        differences = self.derivation.record(edited.make_answer, {place: [0]}, choose)
-        if differences is None:
-            return edited
-        varied = self.derivation.vary({place: differences}, edited.make_answer, symbols)
-        if 0 not in varied:
+        differences = self.derivation.record(edited.make_answer, {id(place.node): [0]}, choose)
+        if not differences:
             raise SyntaxError(edit.text)
+        difference = differences[0]
+        if difference is None:
+            return edited
+        varied = self.derivation.vary({place: {0: difference}}, edited.make_answer, symbols)
         return replace(edited, varied=varied[0])
 
     def is_repeated(self, node: ast.AST) -> bool:
@@ -264,7 +275,7 @@ class EditCompiler:
         self,
         edits: Sequence[Edit],
         joint: dict[int, ast.expr | ast.stmt],
-        places: Mapping[int, VariedPlace],
+        hooked: Iterable[ast.expr],
     ) -> list[Any] | None:
         """The code with a choice of edits at each place; None where a choice cannot stand."""
         choices = dict[int, ast.expr]()
@@ -278,7 +289,7 @@ class EditCompiler:
                 ast.IfExp(_parse_choice(number), other, before), node
             )
         try:
-            return self._compile_with(choices, list(nodes.values()), places.values())
+            return self._compile_with(choices, list(nodes.values()), hooked)
         except (SyntaxError, ValueError, TypeError):
             return None
 
@@ -286,18 +297,18 @@ class EditCompiler:
         self,
         others: Mapping[int, ast.expr],
         nodes: Sequence[ast.AST],
-        places: Iterable[VariedPlace],
+        hooked: Iterable[ast.expr],
     ) -> list[Any]:
-        """The code with others of its nodes, by their identity, and hooks around places."""
-        hooked = {id(place.node): place.node for place in places}
+        """The code with others of its nodes, by their identity, and hooks around expressions."""
+        around = {id(node): node for node in hooked}
         try:
             for node in nodes:
                 self.tree.put(node, others[id(node)])
-            for key, node in hooked.items():
+            for key, node in around.items():
                 self.tree.put(node, make_hook(node, others.get(key, node)))
-            return self._compile([*nodes, *hooked.values()])
+            return self._compile([*nodes, *around.values()])
         finally:
-            for node in (*nodes, *hooked.values()):
+            for node in (*nodes, *around.values()):
                 self.tree.put(node, node)
 
     def _compile(self, changed: Sequence[ast.AST]) -> list[Any]:

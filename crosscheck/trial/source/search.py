@@ -45,7 +45,7 @@ from crosscheck.trial.source.solving import (
     write_number,
 )
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
-from crosscheck.trial.source.syntax import NUMBER, SourceTree, list_run_lines
+from crosscheck.trial.source.syntax import LEAF, NUMBER, SourceTree, list_run_lines
 
 BUDGET_S = 15.0  # [s] of processor time, of a whole search
 # [s] of that of code that derives equations, whose edits take longer, with that of some
@@ -65,7 +65,7 @@ MOST_PAIRS = 60  # pairs with the right sum that are judged
 PAIRS_S = 4.0  # [s] of processor time, of their judging
 MOST_COMPILED = 64  # edits that share a compilation
 MOST_VARIED = 512  # those of a derivation, whose differences are worked out in one run
-DEFERRED_S = 0.5  # [s] of processor time, after each rank, of edits that are derived anew
+DEFERRED_S = 0.5  # [s] of processor time, after each rank, of edits derived anew, if not longer
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 
 
@@ -197,6 +197,7 @@ class EditSearch:
         """
         if not self.judge.states:
             return
+        begun_s = time.process_time()
         edits = list_edits(
             self.tree, rank, lambda node: self._is_promising(node, rank) == is_likely
         )
@@ -207,7 +208,9 @@ class EditSearch:
         )
         if rank == RANKS[0] and is_likely:
             self._judge_edits(self._list_file_numbers())
-        self._judge_deferred(is_last=(rank, is_likely) == (RANKS[-1], False))
+        is_last = (rank, is_likely) == (RANKS[-1], False)
+        needed_s = time.process_time() - begun_s
+        self._judge_deferred(self.budget_s if is_last else max(needed_s, DEFERRED_S))
         if rank == LITERAL_RANK and not is_likely:
             self._judge_edits(self._list_file_numbers(are_stated=True))
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
@@ -219,9 +222,13 @@ class EditSearch:
         if rank in solved and not is_likely and not self.answers:
             self._judge_edits(solved[rank]())
 
-    def _judge_deferred(self, *, is_last: bool) -> None:
-        """Judge edits for which equations are derived anew: for a while, or after all others."""
-        last_s = time.process_time() + (self.budget_s if is_last else DEFERRED_S)
+    def _judge_deferred(self, seconds: float) -> None:
+        """Judge edits for which equations are derived anew, as long as there is processor time.
+
+        Of a rank other names come first: a frame, a point or an axis.
+        """
+        last_s = time.process_time() + seconds
+        self.deferred = deque(sorted(self.deferred, key=_rate_deferred))
         while self.deferred and not self.is_late and time.process_time() < last_s:
             self._judge_compiled([self.deferred.popleft()])
 
@@ -620,6 +627,13 @@ class EditSearch:
 
 
 get_badness = attrgetter("badness")
+
+
+def _rate_deferred(deferred: tuple[Edit, EditedCode]) -> tuple[int, bool]:
+    """By which the likeliest edits come first."""
+    edit, _ = deferred
+    is_exchange = isinstance(edit.node, LEAF) and isinstance(edit.parse(), LEAF)
+    return edit.rank, not is_exchange
 
 
 def _are_likely(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 import sys
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -61,6 +62,16 @@ class Scope:
     def list_values(self) -> dict[str, Any]:
         """The values of all names that a function has or could take from those around it."""
         return {**(self.around.list_values() if self.around else {}), **self.values}
+
+    def are_alike(self, name: str, other: str) -> bool:
+        """Whether not one of two names is a coordinate of SymPy's, and the other a constant."""
+        values = self._values
+        kinds = {getattr(values.get(each), "is_Symbol", None) for each in (name, other)}
+        return kinds != {True, False}
+
+    @cached_property
+    def _values(self) -> dict[str, Any]:
+        return self.list_values()
 
     def list_own_leaves(self) -> Iterator[tuple[str, Kind]]:
         """Text and kind of what the function itself names, or could: its arguments' elements."""
@@ -239,7 +250,8 @@ class SourceTree:
     def _list_siblings(self, scope: Scope) -> dict[str, None]:
         """Attributes of elements of a function, by names that attributes have anywhere.
 
-        And its elements by its other indices.
+        Those of its objects, by names that attributes of their like have; its elements by its other
+        indices.
         """
         attributes = [node for node in self.list_all_nodes() if isinstance(node, ast.Attribute)]
         elements = (
@@ -251,6 +263,14 @@ class SourceTree:
         )
         names = dict.fromkeys(node.attr for node in attributes)
         siblings = dict.fromkeys(f"{element}.{name}" for element in elements for name in names)
+        by_object = defaultdict[str, dict[str, None]](dict)
+        for node in attributes:
+            if isinstance(node.value, ast.Name) and self.is_leaf(node):
+                by_object[node.value.id][node.attr] = None
+        here = {node.id for node in scope.nodes if isinstance(node, ast.Name)}
+        for name, own in ((name, own) for name, own in by_object.items() if name in here):
+            likes = (each for each in by_object.values() if own.keys() & each.keys())
+            siblings |= {f"{name}.{attribute}": None for like in likes for attribute in like}
         return siblings | dict.fromkeys(_list_other_elements(scope))
 
     def observe(self, *runs: Callable[[], object]) -> list[set[int]]:
