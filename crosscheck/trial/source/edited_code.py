@@ -22,14 +22,11 @@ from typing import Any
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.derivation import (
-    HOOK,
-    Derivation,
-    Difference,
-    VariedPlace,
-    make_hook,
-)
+from crosscheck.trial.source.derivation import Derivation
+from crosscheck.trial.source.differences import Difference
 from crosscheck.trial.source.edit import NONE, Edit
+from crosscheck.trial.source.hooks import HOOK, call_hook, make_hook
+from crosscheck.trial.source.recorder import VariedPlace
 from crosscheck.trial.source.syntax import SourceTree
 
 NUMBERS = "_crosscheck_numbers"  # name by which edited code finds the numbers that choose
@@ -84,7 +81,8 @@ class EditedCode:
         compiled = self.compiled
         if answer_key.exchanged:
             compiled = [_exchange_constants(each, answer_key.exchanged) for each in compiled]
-        names = {NUMBERS: self.numbers, COUNTER: itertools.count(), HOOK: hook}
+        called = partial(call_hook, hook)
+        names = {NUMBERS: self.numbers, COUNTER: itertools.count(), HOOK: called}
         return answer_key.bind(self.code.run(compiled, names))
 
 
@@ -250,7 +248,9 @@ class EditCompiler:
         other = edit.parse()
         assert isinstance(other, ast.expr)  # as the text of one is
         edited = EditedCode(
-            self.tree.code, self._compile_with({id(edit.node): other}, [edit.node], [place.node]), start
+            self.tree.code,
+            self._compile_with({id(edit.node): other}, [edit.node], [place.node]),
+            start,
         )
         symbols = [sp.Dummy() for _ in start]
 
@@ -305,7 +305,7 @@ class EditCompiler:
             for node in nodes:
                 self.tree.put(node, others[id(node)])
             for key, node in around.items():
-                self.tree.put(node, make_hook(node, others.get(key, node)))
+                self.tree.put(node, make_hook(self.tree, node, others.get(key, node)))
             return self._compile([*nodes, *around.values()])
         finally:
             for node in (*nodes, *around.values()):

@@ -50,7 +50,7 @@ from crosscheck.trial.source.syntax import LEAF, NUMBER, SourceTree, list_run_li
 BUDGET_S = 15.0  # [s] of processor time, of a whole search
 # [s] of that of code that derives equations, whose edits take longer, with that of some
 # derivations; and the most.
-DERIVING_BUDGET_S, DERIVATIONS, LONGEST_BUDGET_S = 30.0, 10, 60.0
+DERIVING_BUDGET_S, DERIVATIONS, LONGEST_BUDGET_S = 40.0, 20, 60.0
 DERIVING_S = 0.005  # [s] of processor time, that making equations takes if they are derived
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK, STATED_RANK = 2, 3, ADDING_RANK, RANKS[-1]
@@ -65,7 +65,8 @@ MOST_PAIRS = 60  # pairs with the right sum that are judged
 PAIRS_S = 4.0  # [s] of processor time, of their judging
 MOST_COMPILED = 64  # edits that share a compilation
 MOST_VARIED = 512  # those of a derivation, whose differences are worked out in one run
-DEFERRED_S = 0.5  # [s] of processor time, after each rank, of edits derived anew, if not longer
+# Share of the budget, after each rank of likely edits, of those that are derived anew.
+DEFERRED_SHARE = 1 / 8
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 
 
@@ -210,7 +211,8 @@ class EditSearch:
             self._judge_edits(self._list_file_numbers())
         is_last = (rank, is_likely) == (RANKS[-1], False)
         needed_s = time.process_time() - begun_s
-        self._judge_deferred(self.budget_s if is_last else max(needed_s, DEFERRED_S))
+        share_s = self.budget_s * DEFERRED_SHARE if is_likely else 0.0
+        self._judge_deferred(self.budget_s if is_last else max(needed_s, share_s))
         if rank == LITERAL_RANK and not is_likely:
             self._judge_edits(self._list_file_numbers(are_stated=True))
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
@@ -292,7 +294,8 @@ class EditSearch:
         responses = dict[int, Response]()
         moved = (Edit((0, 0), node, text.format(write_operand(node))) for node in nodes)
         for edit, edited in self._compile_batches(moved):
-            if self.judge.is_slow and edited.is_made_anew:
+            is_long = self.judge.is_slow or self.compiler.derivation is not None
+            if is_long and edited.is_made_anew:
                 continue
             try:
                 responses[id(edit.node)] = self.judge.measure_response(edited)

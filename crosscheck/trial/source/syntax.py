@@ -63,10 +63,13 @@ class Scope:
         """The values of all names that a function has or could take from those around it."""
         return {**(self.around.list_values() if self.around else {}), **self.values}
 
-    def are_alike(self, name: str, other: str) -> bool:
-        """Whether not one of two names is a coordinate of SymPy's, and the other a constant."""
-        values = self._values
-        kinds = {getattr(values.get(each), "is_Symbol", None) for each in (name, other)}
+    def are_alike(self, text: str, other: str) -> bool:
+        """Whether not one of two names or elements is a coordinate of SymPy's, one a constant."""
+        kinds = set[bool | None]()
+        for each in (text, other):
+            value = self._values.get(each.partition("[")[0])
+            element = value[0] if isinstance(value, list | tuple) and value else value
+            kinds.add(getattr(element, "is_Symbol", None))
         return kinds != {True, False}
 
     @cached_property
@@ -250,8 +253,7 @@ class SourceTree:
     def _list_siblings(self, scope: Scope) -> dict[str, None]:
         """Attributes of elements of a function, by names that attributes have anywhere.
 
-        Those of its objects, by names that attributes of their like have; its elements by its other
-        indices.
+        And its elements by its other indices.
         """
         attributes = [node for node in self.list_all_nodes() if isinstance(node, ast.Attribute)]
         elements = (
@@ -263,15 +265,20 @@ class SourceTree:
         )
         names = dict.fromkeys(node.attr for node in attributes)
         siblings = dict.fromkeys(f"{element}.{name}" for element in elements for name in names)
-        by_object = defaultdict[str, dict[str, None]](dict)
-        for node in attributes:
-            if isinstance(node.value, ast.Name) and self.is_leaf(node):
-                by_object[node.value.id][node.attr] = None
-        here = {node.id for node in scope.nodes if isinstance(node, ast.Name)}
-        for name, own in ((name, own) for name, own in by_object.items() if name in here):
-            likes = (each for each in by_object.values() if own.keys() & each.keys())
-            siblings |= {f"{name}.{attribute}": None for like in likes for attribute in like}
         return siblings | dict.fromkeys(_list_other_elements(scope))
+
+    def _list_like_attributes(self, scope: Scope) -> Iterator[str]:
+        """Attributes of a function's objects, by names that those of their like have: an axis."""
+        leaves = (n for n in self.list_all_nodes() if isinstance(n, ast.Attribute))
+        attributes = defaultdict[str, dict[str, None]](dict)
+        for node in leaves:
+            if isinstance(node.value, ast.Name) and self.is_leaf(node):
+                attributes[node.value.id][node.attr] = None
+        here = {node.id for node in scope.nodes if isinstance(node, ast.Name)}
+        for name in (name for name in attributes if name in here):
+            for like in attributes.values():
+                if like.keys() & attributes[name].keys():
+                    yield from (f"{name}.{attribute}" for attribute in like)
 
     def observe(self, *runs: Callable[[], object]) -> list[set[int]]:
         """See what all names are while equations are made and asked: the lines of each run."""
@@ -283,6 +290,7 @@ class SourceTree:
         every = dict.fromkeys([top, *self.scopes.values()])
         for scope in every:
             written = dict.fromkeys(filter(None, map(_write_leaf, scope.nodes)))
+            written |= dict.fromkeys(self._list_like_attributes(scope))
             leaves[id(scope)] = {text: compile(text, "leaf", "eval") for text in written}
             siblings[id(scope)] = {
                 text: compile(text, "leaf", "eval")
@@ -491,4 +499,5 @@ def find_kind(value: Any) -> Kind | None:
         return NUMBER
     if isinstance(value, type(sys)):
         return None
-    return (type(value),)
+    of = (type(value[0]),) if isinstance(value, list | tuple) and value else ()
+    return (type(value), *of)
