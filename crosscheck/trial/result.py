@@ -80,8 +80,7 @@ class TrialDiagnosis:
         ignored_numbers: Numbers of the file that the equations do not follow, which those
             mechanisms keep.
         left_out: Names of all numbers that the equations do not follow, errors or not.
-        is_nearer_absolute: Whether far fewer entries are wrong if the angles are absolute; then
-            nothing else is looked for.
+        is_nearer_absolute: Whether far fewer entries are wrong if the angles are absolute.
     """
 
     level: Any
