@@ -35,7 +35,7 @@ class SourceEdit:
         entries: The wrong entries that it mends, in words.
         rank: Likelihood of edits of this kind: 1 of the likeliest.
         move: Where the old text should stand, '' where it should be another.
-        is_stated: Whether the new text is a number of the mechanism's file, and the old one is not.
+        is_stated: Whether the new text has numbers of the mechanism's file where the old one has others.
     """
 
     file: str
@@ -75,8 +75,11 @@ class SourceEdit:
             return f"{self.old} should be left out"
         if not self.removed:
             return f"{self.new} should follow {self.old}"
-        stated = f", as in the file, or the file's {self.added} should be {self.removed}"
-        return f"{self.old} should be {self.new}{stated * self.is_stated}"
+        if not self.is_stated:
+            return f"{self.old} should be {self.new}"
+        of_file = f"the file's {self.added} should be {self.removed}"
+        of_file = "the file's numbers are wrong" if "[" in self.old else of_file
+        return f"{self.old} should be {self.new}, as in the file, or {of_file}"
 
     def _shorten(self, least: int) -> SourceEdit:
         """The edit without the ends that old and new text share, where both are so long."""

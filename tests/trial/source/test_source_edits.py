@@ -679,6 +679,14 @@ def test_numbers_of_the_file_are_solved_for_where_nothing_else_mends(
     assert answer.edits[0].remedy == remedy
 
 
+@pytest.mark.parametrize("stated", [(1.1, 0.2, 0.7, 0.4, 0.3), (1.1, 0.2, 0.7, 0.4, 0.3, 1.9)])
+def test_a_matrix_may_be_wrong_in_the_file_too_that_has_all_its_numbers(tmp_path, stated):
+    key = replace(make_answer_key(MATRICES), numbers=frozenset(stated))
+    slip = "[0.2, 0.7, 0.4], [0.3, 0.4, 1.9]", "[0.2, 0.7, -0.4], [0.3, -0.4, 1.9]"
+    (edit,) = search(tmp_path, MATRICES, slip, keys=[key]).edits
+    assert edit.is_stated == (1.9 in stated) == ("the file's numbers" in edit.remedy)
+
+
 def test_a_change_of_a_long_line_is_marked_where_it_differs(tmp_path):
     """A sum with two names exchanged throughout, of which most stays as it is."""
     text = """
