@@ -308,6 +308,19 @@ class EntryMismatch:
         return self.remark or self.guess
 
 
+def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
+    """Those of wrong entries that are counted: not what others make together, beside these.
+
+    Two of M that mirror each other, and are wrong alike, are one.
+    """
+    counted = dict[object, EntryMismatch]()
+    for each in (each for each in wrong if not each.is_consequence):
+        at = each.place
+        pair = frozenset((at.row, at.column))
+        counted.setdefault((at.part, at.rates, pair, f"{each.share:.6g}"), each)
+    return list(counted.values())
+
+
 @dataclass(frozen=True)
 class LevelDistance:
     """A level beside the equations: how many entries differ, their largest and mean deviation.

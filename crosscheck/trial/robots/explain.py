@@ -31,8 +31,9 @@ from crosscheck.trial.judge.entries import (
     format_rates,
     interleave,
     list_entries,
+    select_counted,
 )
-from crosscheck.trial.result import TrialDiagnosis, select_counted
+from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.consistency import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.forms import (
     describe_accelerations,

@@ -35,7 +35,7 @@ class SourceEdit:
         entries: The wrong entries that it mends, in words.
         rank: Likelihood of edits of this kind: 1 of the likeliest.
         move: Where the old text should stand, '' where it should be another.
-        is_stated: Whether the new text has numbers of the mechanism's file where the old one has others.
+        is_stated: Whether the new text has the mechanism's numbers where the old one has others.
     """
 
     file: str
