@@ -70,6 +70,7 @@ from crosscheck.trial.input.supplied import (
 )
 from crosscheck.trial.judge.checks import SECOND_LAW, WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
+    ALONE,
     LONE,
     EntryMismatch,
     LevelDistance,
@@ -299,7 +300,7 @@ class ArmSubject(TrialSubject):
 
     def list_remarks(self) -> Iterator[str]:
         """Sentences on coordinates, on other arms, and on digits of tables."""
-        where = "on this arm alone: errors that its equal numbers and zeros hide are not seen"
+        where = f"on this arm {ALONE}"
         if count := len(self.probes):
             others = f"{count} other arm{'s' * (count > 1)}"
             where = f"also on {others}, to catch errors that equal values here would hide"

@@ -27,6 +27,7 @@ ROUNDINGS = 1000  # roundings of a few hundred operations, times how badly condi
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
+ALONE = "alone: errors that its equal numbers and zeros hide are not seen"  # on a mechanism
 LONE = "not what your other parts make"
 SHOWN = 8  # places of a list that are shown; the report has them all
 

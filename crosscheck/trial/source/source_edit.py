@@ -126,20 +126,19 @@ class SourceAnswer:
 
     @property
     def sentences(self) -> Iterator[str]:
-        """The change, the parts that then agree, alternatives, and the extent of the check."""
+        """The change, what then agrees and with what numbers, and alternatives."""
         changes = ", and ".join(f"{each.place}: {each.remedy}" for each in self.edits)
         entries = [name for each in self.edits for name in each.entries]
-        agree = f"then {_list_names(entries)} {'agrees' if len(entries) == 1 else 'agree'}"
+        agree = f"{_list_names(entries)} {'agrees' if len(entries) == 1 else 'agree'}"
         if self.wrong:
             stays = "stays" if len(self.wrong) == 1 else "stay"
-            yield f"{changes}; {agree}, while {_list_names(self.wrong)} {stays} wrong"
+            agree += f", while {_list_names(self.wrong)} {stays} wrong"
         else:
-            yield f"{changes}; then all parts agree{f' with {self.level}' * bool(self.level)}"
+            agree = f"all parts agree{f' with {self.level}' * bool(self.level)}"
+        yield f"{changes}; then{', with these numbers,' * (not self.is_unequal)} {agree}"
         if self.alternatives:
             listed = "; or ".join(f"{each.place}, {each.remedy}" for each in self.alternatives)
             yield f"the same by another edit: {listed}"
-        if not self.is_unequal:
-            yield "judged with these numbers alone: other errors may look the same"
 
 
 @dataclass(frozen=True)

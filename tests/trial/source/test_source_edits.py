@@ -460,7 +460,7 @@ def test_two_errors_are_one_answer(tmp_path):
     assert answer.wrong == ()
     (sentence, *_) = answer.sentences
     assert sentence.count("should be") == 2
-    assert sentence.endswith("then all parts agree")
+    assert sentence.endswith("all parts agree")
 
 
 def test_of_two_errors_each_edit_that_says_the_same_is_offered(tmp_path):
