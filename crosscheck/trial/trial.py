@@ -120,7 +120,7 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
         if not trial.diagnosis.is_nearer_absolute:
             return search(trial)
         equations = trial.request.equations.read_in(Coordinates(links="absolute"))
-        absolute = subjects.run_variants(replace(trial.request, equations=equations), run)
+        absolute = subjects.run_variants(replace(request, equations=equations), run)
         count, fewer = (len(each.diagnosis.entries) for each in (trial, absolute))
         if fewer >= count:
             return search(trial)
