@@ -101,7 +101,7 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             printed="sin(omega_e t)",
             derived="sin(integral of omega_e dt)",
             remark="omega_e t advances too fast, by t times the rate of omega_e. With the integral"
-            " k and e depend on theta, so rows 3 and 6 of Eq. 22 then owe the springs' own work,"
+            " k and e depend on theta, so rows 3 and 6 of Eq. 22 then lack the springs' own torque,"
             f" {work:.2g} N m under {TORQUE_N_M:g} N m",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",

@@ -141,7 +141,7 @@ def read_record(
         listed = " or ".join(filter(None, [", ".join(nouns[:-1]), nouns[-1]]))
         reason = f"has no {listed}; columns must be {', '.join(names)}, ..."
         reason += "" if is_motion else ", or a TOML file names them"
-        raise InputError(where, "", None, reason + file.suggest_names())
+        raise InputError(where, "", None, reason + file.suggest_names(missing))
     notes += describe_gaps(time)
     # Publishers that measure no rates or efforts fill them with zeros or with no numbers; a torque
     # may be 0.
@@ -191,21 +191,37 @@ class _FileColumns(NamedTuple):
         begin, is_slide = _begin_name(kind, number), number in self.slides
         return [f"{begin}_{unit}" for unit in UNITS[kind] if (unit in OF_SLIDES) == is_slide]
 
-    def suggest_names(self) -> str:
-        """Names that a file's columns may need, as the end of a sentence."""
-        names, renamed, others = list(self.columns), [], list[str]()
+    def suggest_names(self, missing: Sequence[str] = ()) -> str:
+        """Names that a file's columns may need, as the end of a sentence; missing: their kinds."""
+        renamed, others = [], list[str]()
         counts: Counter[str] = Counter()
-        for name in names:
-            word = re.split(r"[\s\[(]", name.lower())[0]
-            kind = next((kind for kind, likely in LIKELY.items() if likely.fullmatch(word)), None)
-            if kind is not None and not _has_known_unit(name):
-                counts[kind] += 1
-                si, *rest = self.allowed_names(kind, None if kind == "t" else counts[kind])
-                renamed.append(f"{name} to {si}")
-                others += rest if counts[kind] == 1 else []
-        seen = f"; its columns are {', '.join(names)[:120]}" if names else ""
+        for name, kind in self._guess_kinds(missing).items():
+            counts[kind] += 1
+            si, *rest = self.allowed_names(kind, None if kind == "t" else counts[kind])
+            renamed.append(f"{name} to {si}")
+            others += rest if counts[kind] == 1 else []
+        seen = f"; its columns are {', '.join(self.columns)[:120]}" if self.columns else ""
         by_unit = f", or {', '.join(others)}, by unit" if others else ""
         return f"{seen}: rename {', '.join(renamed)}{by_unit}" if renamed else seen
+
+    def _guess_kinds(self, missing: Sequence[str]) -> dict[str, str]:
+        """What columns of other names may be, by their words, or as all that is left of a kind."""
+        words = {n: re.split(r"[\s\[(]", n.lower())[0] for n in self.columns}
+        words = {name: word for name, word in words.items() if not _has_known_unit(name)}
+        kinds = {
+            name: next((kind for kind, likely in LIKELY.items() if likely.fullmatch(word)), "")
+            for name, word in words.items()
+        }
+        lost = [kind for kind in missing if kind not in kinds.values()]
+        for are_numbered, left in ((False, {"t"} & {*lost}), (True, {*lost} - {"t"})):
+            alike = {
+                name: words[name].rstrip("0123456789")
+                for name, kind in kinds.items()
+                if not kind and words[name][-1:].isdigit() == are_numbered
+            }
+            if len(left) == 1 and len({*alike.values()}) == 1:
+                kinds |= dict.fromkeys(alike, left.pop())
+        return {name: kind for name, kind in kinds.items() if kind}
 
     def select(self, kind: str, number: int | None = None) -> np.ndarray | None:
         """The column of a kind in SI units; None where there is none. Raises InputError."""

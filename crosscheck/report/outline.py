@@ -28,7 +28,7 @@ class ReportOutline:
 
     models: titles by name of the models that are compared with other engines', one a row; forms:
     those of them that are only measured; quantities: their names by that of a Finding, a column
-    each; questions: that it answers; topics: what each is about, the title of its card; levels:
+    each; questions: that it answers; topic: of the second one, the title of its card; levels:
     titles; finest: the model that levels are beside; truths: what single models are compared with;
     has_levels: whether its levels differ.
     """
@@ -38,7 +38,7 @@ class ReportOutline:
     forms: tuple[str, ...]
     quantities: Mapping[str, str]
     questions: tuple[str, str, str]
-    topics: tuple[str, str, str]
+    topic: str
     levels: Mapping[str, str]
     finest: str
     truths: str
@@ -63,7 +63,7 @@ def outline_arm(arm: Arm) -> ReportOutline:
         forms=model_names("form"),
         quantities=quantities,
         questions=("Do the equations agree with the engines?", rigid, TRUST),
-        topics=("Equations", "Rigid arm", "Checks"),
+        topic="Rigid arm",
         levels=LEVELS,
         finest=reference_model(),
         truths="first principles, its own records or the arm's file",
@@ -83,7 +83,7 @@ def outline_robot(robot: Robot) -> ReportOutline:
         forms=(),
         quantities={**quantities, "run": "coordinates in runs"},
         questions=("Do the engines agree?", finest, TRUST),
-        topics=("Engines", "Without rotors", "Checks"),
+        topic="Without rotors",
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",
         truths="first principles",

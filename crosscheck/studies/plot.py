@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -28,6 +29,12 @@ TWO_STATES = 0.5  # width of an empty gap, over the range, that splits members i
 MOST_DRAWN = 40  # drawings, one above the other
 MOST_WORDS = 40  # along an axis
 LONGEST = 90  # characters of a title or label
+# What is measured of a signal of joints, in a name that a study makes: kind and noun in words.
+MEASURED = re.compile(
+    "(theta_ddot|theta_dot|theta|torque)_(peak_to_peak|peak|mean|band_rms|rms|final)(?=_joint|$)"
+)
+NOUNS = {"theta": "angle", "theta_dot": "rate", "theta_ddot": "acceleration"}
+OF_ANGLES = re.compile("theta_(?=settling|final_error|rigid_deviation)")  # says nothing more
 STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
 DPI = 140
@@ -77,6 +84,7 @@ def make_study_figure(result: xr.Dataset, names: Sequence[str]) -> Figure:
     places = figure.subplots(rows, 1, squeeze=False)[:, 0]
     for axes, values in zip(places, panels, strict=True):
         _draw(axes, values)
+    figure.suptitle(_cut(result.attrs.get("title", "")), fontsize=10)
     return figure
 
 
@@ -107,7 +115,9 @@ def _axis_label(values: xr.DataArray) -> str:
     """A name in words with its unit, which the names of many fields end with as well."""
     name, suffix = str(values.name), f"_{values.attrs.get('units', '').replace(' ', '_')}"
     unit = format_unit(values.attrs.get("units", ""))
-    label = name.removesuffix(suffix).replace("_", " ")
+    name = MEASURED.sub(lambda match: f"{match[2]}_{NOUNS.get(match[1], match[1])}", name)
+    name = re.sub(r"_joint(\d+)$", r"_of_joint_\1", OF_ANGLES.sub("", name.removesuffix(suffix)))
+    label = name.replace("_", " ")
     return _cut(f"{label} [{unit}]" if unit else label)
 
 

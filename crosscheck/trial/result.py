@@ -26,6 +26,7 @@ from crosscheck.trial.judge.entries import (
     LevelDistance,
     entry_place,
     format_entry,
+    select_counted,
 )
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceSearch
@@ -80,8 +81,7 @@ class TrialDiagnosis:
         ignored_numbers: Numbers of the file that the equations do not follow, which those
             mechanisms keep.
         left_out: Names of all numbers that the equations do not follow, errors or not.
-        is_nearer_absolute: Whether far fewer entries are wrong if the angles are absolute; then
-            nothing else is looked for.
+        is_nearer_absolute: Whether far fewer entries are wrong if the angles are absolute.
     """
 
     level: Any
@@ -332,19 +332,6 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
     for place, value in np.ndenumerate(part.relative):
         if len(place) < 3 or place[1] <= place[2]:
             yield format_entry(entry_place(part.part, place), names), value
-
-
-def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
-    """Those of wrong entries that are counted: not what others make together, beside these.
-
-    Two of M that mirror each other, and are wrong alike, are one.
-    """
-    counted = dict[object, EntryMismatch]()
-    for each in (each for each in wrong if not each.is_consequence):
-        at = each.place
-        pair = frozenset((at.row, at.column))
-        counted.setdefault((at.part, at.rates, pair, f"{each.share:.6g}"), each)
-    return list(counted.values())
 
 
 def describe_lost(part: str, why: Failure) -> str:

@@ -113,16 +113,26 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
     compared with do not answer.
     """
     subjects = _get_subjects(request)
+    run = partial(_run_once, subjects, progress)
+    search = partial(_search_source, subjects, progress)
     with _trial_lock:
-        trial = subjects.run_variants(request, partial(_run_once, subjects, progress))
-        code = find_code(trial.problem.equations) if trial.exit_code else None
-        if code is None:
-            return trial
-        make_keys, diagnosis = partial(subjects.make_answer_keys, trial), trial.diagnosis
-        # What one number explains is no error of two lines, and none that one line mends in part.
-        scope: SearchScope = "whole" if diagnosis.explanations else "all"
-        scope = "likely" if diagnosis.readings else scope
-        return replace(trial, search=find_source_answer(code, make_keys, progress, scope))
+        trial = subjects.run_variants(request, run)
+        if not trial.diagnosis.is_nearer_absolute:
+            return search(trial)
+        equations = trial.request.equations.read_in(Coordinates(links="absolute"))
+        absolute = subjects.run_variants(replace(request, equations=equations), run)
+        count, fewer = (len(each.diagnosis.entries) for each in (trial, absolute))
+        if fewer >= count:
+            return search(trial)
+        trial, absolute = search(trial, "likely"), search(absolute)
+    entries = f"{'1 entry is' if fewer == 1 else f'{fewer} entries are'} wrong, not {count}"
+    if trial.change is None:
+        note = f"judged in absolute angles, in which {entries}: state {STATED}"
+        return replace(absolute, notes=(note, *absolute.notes))
+    # The joint angles are what they are called, for one edit makes all right in these too.
+    other = next((f": {each}" for each in absolute.search.sentences), "")
+    note = f"in absolute angles ({STATED}), {entries}{other}"
+    return replace(trial, notes=(note, *trial.notes))
 
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:
@@ -135,17 +145,24 @@ def _run_once(
 ) -> Trial:
     # Answers may be as large as numbers get: what overflows, or is divided by 0, fits nothing.
     with subjects.ask(request, progress) as subject, np.errstate(all="ignore"):
-        trial = _judge_subject(subject, request)
-    if not trial.diagnosis.is_nearer_absolute:
+        return _judge_subject(subject, request)
+
+
+def _search_source(
+    subjects: type[TrialSubject],
+    progress: ProgressCallback,
+    trial: Trial,
+    scope: SearchScope = "all",
+) -> Trial:
+    """The trial with what must change in the source, within a scope or a narrower one."""
+    code = find_code(trial.problem.equations) if trial.exit_code else None
+    if code is None:
         return trial
-    equations = request.equations.read_in(Coordinates(links="absolute"))
-    again = _run_once(subjects, progress, replace(request, equations=equations))
-    relative, absolute = (len(each.diagnosis.entries) for each in (trial, again))
-    if absolute >= relative:
-        return trial
-    entries = "1 entry is" if absolute == 1 else f"{absolute} entries are"
-    note = f"judged in absolute angles, in which {entries} wrong, not {relative}: state {STATED}"
-    return replace(again, notes=(note, *again.notes))
+    make_keys, diagnosis = partial(subjects.make_answer_keys, trial), trial.diagnosis
+    # What one number explains is no error of two lines, and none that one line mends in part.
+    scope = "whole" if diagnosis.explanations else scope
+    scope = "likely" if diagnosis.readings else scope
+    return replace(trial, search=find_source_answer(code, make_keys, progress, scope))
 
 
 def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:

@@ -131,6 +131,7 @@ HEADERS = (
     *(("torque_2_N_m", "torque_3_N_m"), ("torque_2_N_m", "current_2_A"), ("theta_1", "theta_0")),
     *(("theta_1", "theta_" + "9" * 5000), ("torque", "effort"), (HEADER, "Time,q1,Q2,tau1,tau2")),
     *((HEADER, "t,joint_0,joint_1,effort_0,effort_1"), (HEADER, "clock,a,b,c,d")),
+    (HEADER, "Zeit,phi1,phi2,Moment1,Moment2"),
 )
 BAD: dict[str, Callable[[str], str]] = {
     **{f"{old} is {new[:40]}": swap(old, new) for old, new in HEADERS},

@@ -118,7 +118,7 @@ def test_a_function_of_one_number_finds_its_motor():
         Equations(acceleration=lambda q, v, u: accelerate(q, v, float(u))), cart_pole()
     )
     assert trial.agrees
-    assert trial.scope[0] == "motors: at slide alone"
+    assert trial.scope[1] == "motors: at slide alone"
 
 
 def test_a_function_that_always_fails_finds_no_motor():

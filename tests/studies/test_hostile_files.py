@@ -110,6 +110,7 @@ HARM: dict[str, Callable[[h5py.File], object]] = {
     "coordinates": _attribute("coordinates", [b"\xff\xfe"]),
     "no study": _attribute("study_sha256", "nobody's", "/"),
     "study of numbers": _attribute("study_sha256", np.arange(64), "/"),
+    "title of lines": _attribute("title", "a\x1b[31m\nb", "/"),
     "another format": _attribute("schema_version", 99, "/"),
     "format of words": _attribute("schema_version", "one", "/"),
     "references": _attribute("DIMENSION_LIST", 7),

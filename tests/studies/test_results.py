@@ -185,11 +185,13 @@ def test_no_label_shows_the_signs_of_a_formula():
     title = {"long_name": r"what it costs: $5 or $6 \alpha"}
     peak = xr.DataArray(np.arange(6.0), coords={"ratio": ratio}, attrs=title)
     with mpl.rc_context(STYLE):
-        (axes,) = make_study_figure(xr.Dataset({"peak": peak}), ["peak"]).axes
+        study = xr.Dataset({"peak": peak}, attrs={"title": "$5 a drive"})
+        (axes,) = make_study_figure(study, ["peak"]).axes
         assert axes.get_xscale() == "log"
         axes.figure.draw_without_rendering()
     ticks = [*axes.get_xticklabels(which="both"), *axes.get_yticklabels()]
     assert all(t.get_parse_math() for t in ticks if "\\" in t.get_text())
+    assert axes.figure.get_suptitle() == r"\$5 a drive"
     for label in (axes.title, axes.xaxis.label):
         plain = label.get_text().replace(r"\$", "")
         assert "$" not in plain
@@ -241,5 +243,18 @@ def test_axes_of_a_drawing_have_the_scales_of_their_points():
         assert [text.get_text() for text in axis.get_ticklabels()] == words
     assert curve.get_xscale() == "log"
     assert not plot._is_logarithmic(np.array([-1.0, 0.0, 1.0]))
-    assert plot._axis_label(xr.DataArray(0, name="play_m", attrs={"units": "m"})) == "play [m]"
     assert len(curve.get_yticks()) > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "label"),
+    [
+        ("play_m", "m", "play [m]"),
+        ("theta_dot_peak_joint2", "rad s-1", "peak rate of joint 2 [rad/s]"),
+        ("torque_peak_to_peak", "N m", "peak to peak torque [N m]"),
+        ("theta_settling_joint1", "s", "settling of joint 1 [s]"),
+        ("theta_finally", "rad", "theta finally [rad]"),
+    ],
+)
+def test_an_axis_of_a_drawing_is_labelled_in_words(name, unit, label):
+    assert plot._axis_label(xr.DataArray(0, name=name, attrs={"units": unit})) == label

@@ -116,12 +116,16 @@ def tree() -> Robot:
 
 
 SOLID = chains.Solid(1.0, (0.1, 0.2, 0.3), (0.05, 0.004, -0.003, 0.04, 0.002, 0.03))
-OBLIQUE = chains.robot(
-    chains.urdf(
-        *(chains.link(name, SOLID) for name in ("base", "a", "b")),
-        chains.joint("j1", "base", "a", axis=(0.6, 0, 0.8)),
-        chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.1)),
+PLAIN = chains.Solid(1.0, (0.1, 0.2, 0.3), (0.05, 0, -0.003, 0.04, 0, 0.03))
+OBLIQUE, WITH_ONE_PRODUCT = (
+    chains.robot(
+        chains.urdf(
+            *(chains.link(name, solid) for name in ("base", "a", "b")),
+            chains.joint("j1", "base", "a", axis=(0.6, 0, 0.8)),
+            chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.1)),
+        )
     )
+    for solid in (SOLID, PLAIN)
 )
 STAGED = chains.robot(
     chains.urdf(
@@ -165,6 +169,10 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
     "inertia of the sun": (STAGED, (stage(sun_inertia_kg_m2=2e-4),)),
     "no spin of planets": (STAGED, (stage(planet_inertia_kg_m2=0.0),)),
     "products of every link negated": (OBLIQUE, (all_bodies(negate_products),)),
+    "the only product of a link negated": (
+        WITH_ONE_PRODUCT,
+        (body(0, inertia=lambda i: 2 * np.diag(np.diag(i)) - i),),
+    ),
     "a link in pounds": (
         tree(),
         (body(1, mass=lambda m: 2.20462 * m, inertia=lambda inertia: 2.20462 * inertia),),

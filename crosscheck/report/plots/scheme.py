@@ -16,11 +16,13 @@ from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.robot.robot import BASE, Robot
 from crosscheck.view.rods import find_rod_ends, find_upward
 
-WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
+WIDTH, HEIGHT, MARGIN, SIDE = 460.0, 260.0, 44.0, 110.0  # the last for labels
 FIRST_RAD, BEND_RAD = 0.62, 0.95  # angle of the first link, and of each joint, to and fro
 AZIMUTH_RAD, RISE_RAD = 0.6, 0.35  # direction from which a robot is seen
 LARGEST_LEAN = 0.9  # x component of the upward direction above which y defines the direction across
-LETTER_WIDTH, CLEARANCE = 9.0, 8.0  # of labels: a digit, and what they are away from lines
+LETTER_WIDTH, CLEARANCE = 8.5, 8.0  # of labels: a letter, and what they are away from lines
+LETTER_HEIGHT, HEIGHTS = 11.0, ((-4, 15), (-22, 33))  # and where they are, from their joint
+MOST_LETTERS = 14  # of a joint's name
 LEAST_RING, MOST_RING, LEAST_MOTOR = 15.0, 40.0, 6.0  # radii, to be seen whole
 
 
@@ -40,10 +42,7 @@ def draw_arm(arm: Arm) -> str:
 
 
 def draw_robot(robot: Robot) -> str:
-    """The scheme of a robot with all coordinates zero, seen from the side and a little above.
-
-    Joints have their numbers, counted from 1 as the names in its lines are.
-    """
+    """The scheme of a robot with all coordinates zero, seen from the side and a little above."""
     poses, joints = {BASE: (np.eye(3), np.zeros(3))}, []
     for number, joint in enumerate(robot.joints):
         rotation, position = poses[joint.parent]
@@ -59,37 +58,32 @@ def draw_robot(robot: Robot) -> str:
     at, _ = _fit_points([complex(right, up) for right, up in shown])
     feet, joint_points, rod_points = at[0], at[1 : len(joints) + 1], at[len(joints) + 1 :]
     parts = [_draw_base(feet), *map(_draw_link, rod_points[::2], rod_points[1::2])]
-    labels: dict[complex, list[tuple[str, complex]]] = {}
-    for number, (joint, here) in enumerate(zip(robot.joints, joint_points, strict=True), 1):
-        kind = "motor" if joint.kind == "revolute" else "slide"
-        parts.append(_draw_circle(here, LEAST_MOTOR, kind))
-        close = next((each for each in labels if abs(each - here) < 3 * LEAST_MOTOR), here)
-        labels.setdefault(close, []).append((str(number), here))
     obstacles = list(zip(rod_points[::2], rod_points[1::2], strict=True))
     obstacles += [(each, each) for each in joint_points]
-    for group in labels.values():
-        numbers, points = zip(*group, strict=True)
-        text = ", ".join(numbers)
-        width = len(text) * LETTER_WIDTH
-        place = _place_label(width, points, obstacles)
-        obstacles.append((place, place + width))
-        parts.append(f'<text x="{place.real:.1f}" y="{place.imag:.1f}">{text}</text>')
+    for joint, here in zip(robot.joints, joint_points, strict=True):
+        kind = "motor" if joint.kind == "revolute" else "slide"
+        parts.append(_draw_circle(here, LEAST_MOTOR, kind))
+        is_long = len(joint.name) > MOST_LETTERS
+        text = f"{joint.name[: MOST_LETTERS - 1]}…" if is_long else joint.name
+        place = _place_label(width := len(text) * LETTER_WIDTH, here, obstacles)
+        obstacles += [(place - rise, place - rise + width) for rise in (0j, LETTER_HEIGHT * 1j)]
+        parts.append(f'<text x="{place.real:.1f}" y="{place.imag:.1f}">{escape(text)}</text>')
     return _make_picture(parts, repr(robot).splitlines())
 
 
 def _place_label(
-    width: float, points: Sequence[complex], obstacles: Sequence[tuple[complex, complex]]
+    width: float, point: complex, obstacles: Sequence[tuple[complex, complex]]
 ) -> complex:
-    """The left end of a label beside points, on the first side that is clear, or the clearest.
+    """The left end of a label beside a point, on the first side that is clear, or the clearest.
 
     obstacles: ends of lines, which are one of a point.
     """
-    right, left = max(each.real for each in points) + 10, min(each.real for each in points) - 10
-    top, low = min(each.imag for each in points) - 4, max(each.imag for each in points) + 15
-    places = [complex(x, y) for x in (right, left - width) for y in (top, low)]
+    sides = (min(point.real + 10, WIDTH - width), max(point.real - 10 - width, 0.0))
+    near, far = ([complex(x, point.imag + y) for x in sides for y in ys] for ys in HEIGHTS)
+    places = near + far
 
     def measure(place: complex) -> float:
-        middle = place + complex(0, -LETTER_WIDTH / 2)
+        middle = place + complex(0, -LETTER_HEIGHT / 2)
         ahead = np.linspace(middle, middle + width, 5)
         return min(_measure_distance(each, *end) for each in ahead for end in obstacles)
 
@@ -116,11 +110,11 @@ def _face_viewer(upward: np.ndarray) -> np.ndarray:
 
 
 def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
-    """Points within the picture's margins, y downwards, and the scale of lengths."""
+    """Points in the middle, within the picture's margins, y downwards; and the scale of lengths."""
     left, low = min(p.real for p in points), min(p.imag for p in points)
     wide, high = max(p.real for p in points) - left, max(p.imag for p in points) - low
-    scale = min((WIDTH - 2 * MARGIN) / max(wide, 1e-9), (HEIGHT - 2 * MARGIN) / max(high, 1e-9))
-    base, corner = complex(left, low), complex(MARGIN, HEIGHT - MARGIN)
+    scale = min((WIDTH - 2 * SIDE) / max(wide, 1e-9), (HEIGHT - 2 * MARGIN) / max(high, 1e-9))
+    base, corner = complex(left + wide / 2, low), complex(WIDTH / 2, HEIGHT - MARGIN)
     return [corner + scale * (p - base).conjugate() for p in points], scale
 
 

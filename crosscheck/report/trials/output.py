@@ -14,8 +14,8 @@ from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
 from crosscheck.trial.changes.arms.term_words import describe_term_error
-from crosscheck.trial.judge.entries import EntryMismatch
-from crosscheck.trial.result import PartDeviation, Trial, select_counted
+from crosscheck.trial.judge.entries import EntryMismatch, select_counted
+from crosscheck.trial.result import PartDeviation, Trial
 
 SCHEMA_VERSION = 4
 NUMBER_FIELDS = ("name", "value", "parts", "goes_with")

@@ -122,6 +122,7 @@ class StudyResultFile(NetcdfFile):
         self.require_version(SCHEMA_VERSION)
         self.study, self.version = self._text(file, STUDY), self._text(file, VERSION)
         self._require(re.fullmatch("[0-9a-f]{64}", self.study) is not None, STUDY)
+        self._text(file, "title")
 
     def identity(self) -> tuple[str, str]:
         """Digest of the study that the result is of, and fingerprint of what made it."""

@@ -70,6 +70,7 @@ from crosscheck.trial.input.supplied import (
 )
 from crosscheck.trial.judge.checks import SECOND_LAW, WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
+    ALONE,
     LONE,
     EntryMismatch,
     LevelDistance,
@@ -197,9 +198,6 @@ class ArmSubject(TrialSubject):
         is_explained = bool(readings or changes.words)
         is_open = bool(wrong_parts and level) and not is_explained
         is_open = is_open and problem.equations.has_open_angles
-        if is_open and is_nearer_absolute(problem, values, level):
-            entries = [name_entry(each, problem.names, ()) for each in here.wrong_entries]
-            return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
         if is_explained:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
@@ -225,6 +223,7 @@ class ArmSubject(TrialSubject):
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
             left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
+            is_nearer_absolute=is_open and is_nearer_absolute(problem, values, level),
         )
 
     def _find_lone_accelerations(self, level: str) -> Iterator[EntryMismatch]:
@@ -301,7 +300,7 @@ class ArmSubject(TrialSubject):
 
     def list_remarks(self) -> Iterator[str]:
         """Sentences on coordinates, on other arms, and on digits of tables."""
-        where = "on this arm alone: errors that its equal numbers and zeros hide are not seen"
+        where = f"on this arm {ALONE}"
         if count := len(self.probes):
             others = f"{count} other arm{'s' * (count > 1)}"
             where = f"also on {others}, to catch errors that equal values here would hide"

@@ -85,6 +85,9 @@ class CauseSearch(PairSearch):
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
         mistakes = list(self._find_mistakes(places))
         alone = [each for each in mistakes if not each.several] or mistakes
+        # All products of inertia of a link say no more than the only one.
+        alike = tuple(f"{each.name.partition(': I')[0]}: all products" for each, _ in numbers)
+        alone = [each for each in alone if not each.words.startswith(alike)]
         return [*numbers_alone, *(Cause(each.words, usual=True) for each in alone)]
 
     @cached_property

@@ -27,6 +27,7 @@ ROUNDINGS = 1000  # roundings of a few hundred operations, times how badly condi
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
+ALONE = "alone: errors that its equal numbers and zeros hide are not seen"  # on a mechanism
 LONE = "not what your other parts make"
 SHOWN = 8  # places of a list that are shown; the report has them all
 
@@ -306,6 +307,19 @@ class EntryMismatch:
     def cause(self) -> str:
         """What is wrong with the entry, in words; '' where nobody knows."""
         return self.remark or self.guess
+
+
+def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
+    """Those of wrong entries that are counted: not what others make together, beside these.
+
+    Two of M that mirror each other, and are wrong alike, are one.
+    """
+    counted = dict[object, EntryMismatch]()
+    for each in (each for each in wrong if not each.is_consequence):
+        at = each.place
+        pair = frozenset((at.row, at.column))
+        counted.setdefault((at.part, at.rates, pair, f"{each.share:.6g}"), each)
+    return list(counted.values())
 
 
 @dataclass(frozen=True)

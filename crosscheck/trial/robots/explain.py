@@ -31,8 +31,9 @@ from crosscheck.trial.judge.entries import (
     format_rates,
     interleave,
     list_entries,
+    select_counted,
 )
-from crosscheck.trial.result import TrialDiagnosis, select_counted
+from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.consistency import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.forms import (
     describe_accelerations,
@@ -74,8 +75,6 @@ def diagnose(
         level, explanations = find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
     is_open = not explanations and problem.equations.has_open_angles
-    if is_open and is_nearer_absolute(problem, level):
-        return TrialDiagnosis(level, tuple(entries), is_nearer_absolute=True)
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
@@ -126,6 +125,7 @@ def diagnose(
         unexplained,
         explanations=words,
         is_unusual=any(not each.usual or each.is_compound for each in explanations[:1]),
+        is_nearer_absolute=is_open and is_nearer_absolute(problem, level),
     )
 
 

@@ -23,6 +23,7 @@ from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge import checks
 from crosscheck.trial.judge.entries import (
+    ALONE,
     EntryMismatch,
     LevelDistance,
     entry_place,
@@ -285,10 +286,10 @@ class RobotProblem:
         return largest, {part: sizes.tolerance(part) for part in errors}
 
     def list_remarks(self) -> Iterator[str]:
-        """Sentences on how the equations were read, where they may be read in several ways."""
+        """Sentences on what was compared, and on how the equations were read."""
         answers = self.answers
-        if self.is_mapped:
-            yield "converted to joint coordinates; entries are named in these"
+        named = ", in which entries are named," * self.is_mapped
+        yield f"compared in joint coordinates{named} on this robot {ALONE}"
         if answers.sources.get("bias") == NONLINEAR:
             nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
             yield f"bias is not 0 at rest: {nonlinear}"

@@ -621,12 +621,24 @@ class EditSearch:
         """The record of an edit, with whether it puts a number of the file where another stood."""
         described = describe_edit(self.tree, edit, entries)
         key = self.answer_keys[0]
-        try:
-            old, new = map(float, (described.removed, described.added))
-        except ValueError:  # no numbers
+        old = _read_numbers(described.removed) or _read_numbers(described.old)
+        new = _read_numbers(described.added) or _read_numbers(described.new)
+        if len(new) > 1 and len(old) == len(new):
+            usual = [each for each in new if abs(each) in USUAL_FACTORS]
+            has_all = all(each in usual or key.has_signed_number(each) for each in new)
+            return replace(described, is_stated=has_all and len(usual) < len(new))
+        if len(old) != 1 or len(new) != 1:
             return described
-        has_number = key.has_signed_number if new == -old else key.has_number
-        return replace(described, is_stated=has_number(new) and not has_number(old))
+        has_number = key.has_signed_number if new[0] == -old[0] else key.has_number
+        return replace(described, is_stated=has_number(new[0]) and not has_number(old[0]))
+
+
+def _read_numbers(text: str) -> list[float]:
+    """The numbers of a text that is a number, or an array of numbers; else none."""
+    try:
+        return np.ravel(ast.literal_eval(text)).astype(float).tolist()
+    except (SyntaxError, TypeError, ValueError):
+        return []
 
 
 get_badness = attrgetter("badness")

@@ -35,7 +35,7 @@ class SourceEdit:
         entries: The wrong entries that it mends, in words.
         rank: Likelihood of edits of this kind: 1 of the likeliest.
         move: Where the old text should stand, '' where it should be another.
-        is_stated: Whether the new text is a number of the mechanism's file, and the old one is not.
+        is_stated: Whether the new text has the mechanism's numbers where the old one has others.
     """
 
     file: str
@@ -75,8 +75,11 @@ class SourceEdit:
             return f"{self.old} should be left out"
         if not self.removed:
             return f"{self.new} should follow {self.old}"
-        stated = f", as in the file, or the file's {self.added} should be {self.removed}"
-        return f"{self.old} should be {self.new}{stated * self.is_stated}"
+        if not self.is_stated:
+            return f"{self.old} should be {self.new}"
+        of_file = f"the file's {self.added} should be {self.removed}"
+        of_file = "the file's numbers are wrong" if "[" in self.old else of_file
+        return f"{self.old} should be {self.new}, as in the file, or {of_file}"
 
     def _shorten(self, least: int) -> SourceEdit:
         """The edit without the ends that old and new text share, where both are so long."""
@@ -123,20 +126,19 @@ class SourceAnswer:
 
     @property
     def sentences(self) -> Iterator[str]:
-        """The change, the parts that then agree, alternatives, and the extent of the check."""
+        """The change, what then agrees and with what numbers, and alternatives."""
         changes = ", and ".join(f"{each.place}: {each.remedy}" for each in self.edits)
         entries = [name for each in self.edits for name in each.entries]
-        agree = f"then {_list_names(entries)} {'agrees' if len(entries) == 1 else 'agree'}"
+        agree = f"{_list_names(entries)} {'agrees' if len(entries) == 1 else 'agree'}"
         if self.wrong:
             stays = "stays" if len(self.wrong) == 1 else "stay"
-            yield f"{changes}; {agree}, while {_list_names(self.wrong)} {stays} wrong"
+            agree += f", while {_list_names(self.wrong)} {stays} wrong"
         else:
-            yield f"{changes}; then all parts agree{f' with {self.level}' * bool(self.level)}"
+            agree = f"all parts agree{f' with {self.level}' * bool(self.level)}"
+        yield f"{changes}; then{', with these numbers,' * (not self.is_unequal)} {agree}"
         if self.alternatives:
             listed = "; or ".join(f"{each.place}, {each.remedy}" for each in self.alternatives)
             yield f"the same by another edit: {listed}"
-        if not self.is_unequal:
-            yield "judged with these numbers alone: other errors may look the same"
 
 
 @dataclass(frozen=True)

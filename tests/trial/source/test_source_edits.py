@@ -460,7 +460,7 @@ def test_two_errors_are_one_answer(tmp_path):
     assert answer.wrong == ()
     (sentence, *_) = answer.sentences
     assert sentence.count("should be") == 2
-    assert sentence.endswith("then all parts agree")
+    assert sentence.endswith("all parts agree")
 
 
 def test_of_two_errors_each_edit_that_says_the_same_is_offered(tmp_path):
@@ -677,6 +677,14 @@ def test_numbers_of_the_file_are_solved_for_where_nothing_else_mends(
     key = replace(make_answer_key(MATRICES), numbers=frozenset(stated))
     answer = search(tmp_path, MATRICES, ("1.7 * e + e * e", wrong), keys=[key])
     assert answer.edits[0].remedy == remedy
+
+
+@pytest.mark.parametrize("stated", [(1.1, 0.2, 0.7, 0.4, 0.3), (1.1, 0.2, 0.7, 0.4, 0.3, 1.9)])
+def test_a_matrix_may_be_wrong_in_the_file_too_that_has_all_its_numbers(tmp_path, stated):
+    key = replace(make_answer_key(MATRICES), numbers=frozenset(stated))
+    slip = "[0.2, 0.7, 0.4], [0.3, 0.4, 1.9]", "[0.2, 0.7, -0.4], [0.3, -0.4, 1.9]"
+    (edit,) = search(tmp_path, MATRICES, slip, keys=[key]).edits
+    assert edit.is_stated == (1.9 in stated) == ("the file's numbers" in edit.remedy)
 
 
 def test_a_change_of_a_long_line_is_marked_where_it_differs(tmp_path):

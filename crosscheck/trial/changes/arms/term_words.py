@@ -24,6 +24,7 @@ from crosscheck.trial.judge.entries import (
     describe_entry_notes,
     format_entry,
     interleave,
+    select_counted,
 )
 
 MOST_EQUAL = 1  # explanations named beside the first that fit as well
@@ -254,7 +255,9 @@ def name_entry(wrong: EntryMismatch, names: Sequence[str], causes: Sequence[str]
 def describe_entries(wrong: Sequence[EntryMismatch]) -> tuple[list[str], list[str]]:
     """Errors, one line each, however many entries they appear in: those explained; the others."""
     explained, unexplained = defaultdict[str, list[str]](list), list[str]()
-    for first, *others in group_by_errors([each for each in wrong if not each.notes]):
+    for first, *others in group_by_errors(
+        select_counted([each for each in wrong if not each.notes])
+    ):
         unlike = [each for each in others if _list_signs(each) != _list_signs(first)]
         alike = ", ".join(each.name for each in others if each not in unlike)
         also = f"; also in {alike}" * bool(alike)
