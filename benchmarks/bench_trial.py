@@ -236,12 +236,12 @@ SLIPS = [Mistake(**row) for row in ROWS["slips"]]
 
 
 class Score(NamedTuple):
-    """What a trial made of a slip: caught, right entries, right cause; all that it told."""
+    """What a trial made of a slip: caught, right entries, right cause; all its texts."""
 
     caught: bool
     entries: bool
     cause: bool
-    told: list[str]
+    texts: list[str]
 
 
 def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Trial:
@@ -265,12 +265,12 @@ def score_slip(slip: Mistake) -> Score:
     found = trial.diagnosis
     names = [entry.name for entry in found.entries]
     remarks = [f"{entry.name}: {entry.remark}" for entry in found.entries if entry.remark]
-    told = [*found.readings, *found.notes, *found.explanations, *remarks]
+    texts = [*found.readings, *found.notes, *found.explanations, *remarks]
     return Score(
         not trial.agrees,
         bool(names) and all(re.fullmatch(slip.entry, name) for name in names),
-        any(re.search(slip.term, line) for line in told),
-        [*names, *told],
+        any(re.search(slip.term, line) for line in texts),
+        [*names, *texts],
     )
 
 

@@ -168,7 +168,7 @@ def make_batch_solver(model: AnalyticModel, grid: np.ndarray) -> Solver:
 def make_event_solver(model: AnalyticModel, grid: np.ndarray) -> Solver:
     """Scalar; contact changes are terminal events. Raises ImportError.
 
-    At the start the teeth rest at the very edge of contact, where no event can be told: heyoka
+    At the start the teeth rest at the very edge of contact, where no event can be seen: heyoka
     begins a moment later, with what the refined solver says of that moment.
     """
     import heyoka as hy

@@ -126,8 +126,8 @@ def test_the_counts_of_the_results_are_those_of_their_rows():
     assert sorted(row[0] for row in ROWS) == sorted(claim.id for claim in CLAIMS)
     counts = re.findall(r"^\| ([a-z ]+) \| (\d+) \| (\d+) \|$", RESULTS, flags=re.M)
     for column in (1, 2):
-        told = {row[0]: int(row[column]) for row in counts if row[column] != "0"}
-        assert told == Counter(name_verdict(row[column]) for row in ROWS)
+        tally = {row[0]: int(row[column]) for row in counts if row[column] != "0"}
+        assert tally == Counter(name_verdict(row[column]) for row in ROWS)
     close = re.search(r"^(\d+) of (\d+) verdicts that runs decide [^:]*: (.*)\.$", RESULTS, re.M)
     assert int(close[1]) == len(close[3].split(", "))
     assert int(close[2]) == sum(not claim.static for claim in CLAIMS)

@@ -242,9 +242,9 @@ def test_the_cursor_tells_value_and_unit(opened):
     page.locator("#overlay .u-over").hover()
     legend = "document.querySelector('#overlay .u-legend').innerText"
     page.wait_for_function(f"{legend}.includes(' N')")
-    told = page.evaluate(legend)
-    assert told.count(" N") == 3
-    assert " s" in told
+    text = page.evaluate(legend)
+    assert text.count(" N") == 3
+    assert " s" in text
 
 
 def test_findings_are_filtered_by_words_and_outcome(opened):
@@ -323,13 +323,13 @@ def test_the_run_plays_and_the_mesh_opens(opened, made):
     page.locator("#time").fill("100")
     page.wait_for_function("document.getElementById('now').textContent.startsWith('0.01000 s')")
     force, x = (float(made.run[name].values[100, 0, 0]) for name in ("F_sp", "x_sp"))
-    told = page.locator("#gap").inner_text()
+    text = page.locator("#gap").inner_text()
     mesh = PAPER.joints[0].sun_mesh
     phase = PAPER.joints[0].ring_teeth * float(made.run["theta"].values[100, 0])
     gap = x - mesh.tooth_error_m * np.sin(phase)
-    assert f"e = {1e6 * gap:.2f} µm" in told
-    assert f"{1e6 * (abs(gap) - mesh.backlash_m):.2f} µm beyond" in told or force == 0
-    assert f"F = {float(f'{force:.4g}'):g} N" in told.replace(".0 N", " N")
+    assert f"e = {1e6 * gap:.2f} µm" in text
+    assert f"{1e6 * (abs(gap) - mesh.backlash_m):.2f} µm beyond" in text or force == 0
+    assert f"F = {float(f'{force:.4g}'):g} N" in text.replace(".0 N", " N")
     forces = made.run["F_sp"].values[:, 0, 0]
     words = page.locator("#charted").inner_text().replace(" N", "").split()
     value, low, most, begin, end = (

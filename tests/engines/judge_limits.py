@@ -281,10 +281,10 @@ def wrong_self_checks(name: str) -> Iterator[str]:
             found = made.finding(("bias-from-inertia", model), {follows: answers})
             yield from misjudged(f"bias[{row}]", found, part, FOLLOWS)
     claimed = np.array(sorted({*made.outcomes[made.key(model, "abilities")]}))
-    told = made.key(model, "abilities")
+    answers = made.key(model, "abilities")
     for place in range(claimed.size):
         lost = np.delete(claimed, place)
-        found = made.finding(("abilities", model), {told: lost})
+        found = made.finding(("abilities", model), {answers: lost})
         promised = claimed[place] in registry.MODELS[model].promises
         if found.verdict != ("failed" if promised else "agree"):
             yield f"abilities without {claimed[place]}: {found.verdict}"
@@ -630,7 +630,7 @@ def wrong_plan() -> Iterator[str]:
         *arms.plan_experiment_comparisons(plan.Experiment("pd", case)),
     ]
     keys = [each.about.key for each in planned]
-    told = {(k.family, k.case, k.quantity, frozenset((k.left, k.right)), k.joint) for k in keys}
+    answers = {(k.family, k.case, k.quantity, frozenset((k.left, k.right)), k.joint) for k in keys}
     where = {f"{arm.name}/geared": registry.find_covering_models("geared", arm, laws)}
     where |= {
         f"{arm.name}/{level}": registry.find_level_models(level) for level in registry.RIGID_LEVELS
@@ -653,7 +653,7 @@ def wrong_plan() -> Iterator[str]:
         pair = frozenset((one, first))
         right |= {("deviation", "pd", q, pair, j) for q in ("theta", "theta_dot") for j in (1, 2)}
         right.add(("deviation", "pd", "tip", pair, None))
-    yield from (f"not planned: {each}" for each in sorted(right - told, key=str))
+    yield from (f"not planned: {each}" for each in sorted(right - answers, key=str))
 
 
 def wrong_experiments() -> Iterator[str]:

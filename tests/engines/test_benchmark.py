@@ -64,4 +64,4 @@ def test_results_follow_their_schema_and_the_docs_show_them(tmp_path):
     page = format_benchmark(tmp_path / "results.json")
     assert "| b | c | 2 | d | 1 | **not reached** | 1 | s | 10% |" in page
     assert "| b | not measured: no compiler |" in page
-    assert all(told in page for told in (here.made, here.revision, here.processor))
+    assert all(fact in page for fact in (here.made, here.revision, here.processor))

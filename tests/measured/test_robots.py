@@ -262,8 +262,8 @@ def test_the_command_reads_what_motors_measured(crosscheck, record_folder, tmp_p
         each for each in content["sides"][0]["estimates"] if each["name"] == "armature of j3"
     )
     assert rotor["estimate"] == pytest.approx(0.354, abs=0.004)  # N (N - 1) J
-    told = answer.out.removeprefix("Robot robot: ")
-    assert content["answer"] == told.partition("\n\n")[0].splitlines()
+    text = answer.out.removeprefix("Robot robot: ")
+    assert content["answer"] == text.partition("\n\n")[0].splitlines()
     assert "<svg" in (tmp_path / "compare.html").read_text()
 
 

@@ -135,12 +135,12 @@ def wrong_numbers(robot_name: str, found: ShortcutCosts) -> Iterator[str]:
         yield f"units {found.units}"
     yield from _off("torques", found.torques, second.torques["coupled"])
     yield from _off("largest", found.largest, second.largest)
-    told = {(each.level, each.joint): each for each in found.by_joint}
+    report = {(each.level, each.joint): each for each in found.by_joint}
     for level in ("links", "armature"):
         error = second.error(level)
         yield from _off(f"errors of {level}", found.errors[level], error, size)
         for column, name in enumerate(kinds):
-            each, most = told.pop((level, name)), np.abs(error[:, column]).max()
+            each, most = report.pop((level, name)), np.abs(error[:, column]).max()
             rms = np.sqrt((error[:, column] ** 2).mean())
             right = most, rms, most / second.largest[column]
             yield from _off(f"{level}, {name}", (each.largest, each.rms, each.share), right)
@@ -151,8 +151,8 @@ def wrong_numbers(robot_name: str, found: ShortcutCosts) -> Iterator[str]:
     yield from _wrong_pairs(found, second)
     yield from _wrong_ratios(found, second)
     yield from _wrong_meshes(found, second)
-    if told or tips:
-        yield f"also told: {told}, {tips}"
+    if report or tips:
+        yield f"also report: {report}, {tips}"
 
 
 def _wrong_pairs(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
@@ -167,12 +167,12 @@ def _wrong_pairs(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     shares = [each.share for each in found.pairs]
     if shares != sorted(shares, reverse=True):
         yield "pairs are not in order"
-    told = {(each.at, each.by): (each.rms, each.share) for each in found.pairs if each.rms > 1e-9}
-    if told.keys() != right.keys():
-        yield f"pairs {told.keys()}"
+    report = {(each.at, each.by): (each.rms, each.share) for each in found.pairs if each.rms > 1e-9}
+    if report.keys() != right.keys():
+        yield f"pairs {report.keys()}"
         return
     for pair, numbers in right.items():
-        yield from _off(f"pair {pair}", told[pair], numbers)
+        yield from _off(f"pair {pair}", report[pair], numbers)
 
 
 def _wrong_ratios(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
@@ -206,10 +206,10 @@ def _not_enough(second: SecondCost, gears: list[str], factor: float) -> Iterator
 
 def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     assert found.geared
-    told = {mesh.name: mesh for mesh in found.geared.meshes}
+    report = {mesh.name: mesh for mesh in found.geared.meshes}
     forces, swings = second.forces(), second.swings()
     for number, tooth in enumerate(second.teeth):
-        mesh, lever = told.pop(tooth.name), abs(tooth.lever)
+        mesh, lever = report.pop(tooth.name), abs(tooth.lever)
         pressed = np.abs(forces[:, number]).max() / tooth.stiffness
         right = (
             *(2 * tooth.play / lever, pressed / lever),
@@ -224,8 +224,8 @@ def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
         if (mesh.joint, mesh.unit) != (tooth.joint, unit):
             yield f"{tooth.name}: {mesh.joint}, {mesh.unit}"
     steps = second.geared_steps()
-    if told or found.geared.steps != steps:
-        yield f"{found.geared.steps} steps for {steps}; meshes too many: {told}"
+    if report or found.geared.steps != steps:
+        yield f"{found.geared.steps} steps for {steps}; meshes too many: {report}"
     if steps > EXTENT.most_steps:
         if found.geared.distances is not None:
             yield "a run that asks for too many steps"
@@ -237,9 +237,9 @@ def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
 
 def wrong_tip(name: str) -> Iterator[str]:
     """Whether a robot that is read anew has the end effector that its URDF gives."""
-    told, right = FILES[name].read().tip, FILES[name].tip
-    if told != right:
-        yield f"tip {told}, not {right}"
+    report, right = FILES[name].read().tip, FILES[name].tip
+    if report != right:
+        yield f"tip {report}, not {right}"
 
 
 def wrong_limits() -> Iterator[str]:
@@ -255,16 +255,16 @@ def wrong_limits() -> Iterator[str]:
                 asked[1, column] = sign * part * min(size, 9e9)
                 q = still + np.where(np.arange(3) == column, middle[:, None], 0.1)
                 v, torques = (asked, still) if kind == "velocity" else (still, asked)
-                told = motion.find_exceeded_limits(own, (q, v, still), torques)
+                report = motion.find_exceeded_limits(own, (q, v, still), torques)
                 line = f"{names[column]}: {kind} of {part * size:.4g} is beyond its limit, {size:g}"
-                if told != ([line] if part > 1.01 and np.isfinite(size) else []):
-                    yield f"{names[column]}, {kind}, {part}: {told}"
+                if report != ([line] if part > 1.01 and np.isfinite(size) else []):
+                    yield f"{names[column]}, {kind}, {part}: {report}"
         for row, limit, sign in ((0, limits.lower, -1), (1, limits.upper, 1)):
             q = still + 0.1
             q[row, column] = np.clip(limit, -9, 9) + 0.01 * sign
-            told = motion.find_exceeded_limits(own, (q, still, still), still)
-            if told != ([f"{names[column]}: leaves its range"] if np.isfinite(limit) else []):
-                yield f"{names[column]} at {limit}: {told}"
+            report = motion.find_exceeded_limits(own, (q, still, still), still)
+            if report != ([f"{names[column]}: leaves its range"] if np.isfinite(limit) else []):
+                yield f"{names[column]} at {limit}: {report}"
 
 
 def wrong_states() -> Iterator[str]:

@@ -298,8 +298,8 @@ def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_reported():
     flat = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.03))
     own = robot(urdf(GROUND, link("arm", flat), TURN))
     assert own.bodies[0].inertia[2, 2] == 0.03
-    (told,) = own.notes
-    assert told.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03")
+    (note,) = own.notes
+    assert note.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03")
 
 
 @pytest.mark.parametrize("part", [1.02, 0.98])
@@ -464,27 +464,27 @@ def test_an_inertia_of_another_unit_is_reported():
     arm = Solid(1.5, (0.1, 0, 0), (0.001, 0, 0, 0.005, 0, 0.005))
     servo = Solid(0.00186, (-0.0176, 0, 0), (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3))
     parts = joint("servo", "arm", "servo", at=(0.07, 0, 0)), link("servo", servo)
-    (told,) = robot(urdf(GROUND, link("arm", arm), TURN, *parts)).notes
-    assert told.startswith("link servo: radii of gyration of 1.1, 2.1, 2.1 m")
+    (note,) = robot(urdf(GROUND, link("arm", arm), TURN, *parts)).notes
+    assert note.startswith("link servo: radii of gyration of 1.1, 2.1, 2.1 m")
     right = servo._replace(inertia=np.array(servo.inertia) / 1e6)
     assert robot(urdf(GROUND, link("arm", arm), TURN, parts[0], link("servo", right))).notes == ()
 
 
-@pytest.mark.parametrize(("density", "told"), [(0.9, 1), (1.1, 0)])
-def test_what_is_far_out_and_lighter_than_air_is_doubted(density, told):
+@pytest.mark.parametrize(("density", "notes"), [(0.9, 1), (1.1, 0)])
+def test_what_is_far_out_and_lighter_than_air_is_doubted(density, notes):
     """A radius of gyration of 12 robots' sizes; density: mass over its cube [kg/m^3]."""
     radius = 1.2
     mass = density * radius**3
     each = mass * radius**2
     sail = Solid(mass, (0.1, 0, 0), (each, 0, 0, each, 0, each))
-    assert len(robot(urdf(GROUND, link("arm", sail), TURN)).notes) == told
+    assert len(robot(urdf(GROUND, link("arm", sail), TURN)).notes) == notes
 
 
 def test_a_heavy_base_of_several_limbs_is_reported_as_held():
     body = link("body", Solid(5.0))
     legs = [joint(name, "body", name) + link(name, Solid()) for name in ("left", "right")]
-    (told,) = robot(urdf(body, *legs)).notes
-    assert told.startswith("link body is fixed to the ground, with its 5 kg")
+    (note,) = robot(urdf(body, *legs)).notes
+    assert note.startswith("link body is fixed to the ground, with its 5 kg")
     assert robot(urdf(body, legs[0])).notes == robot(urdf(link("body"), *legs)).notes == ()
     foot = joint("ankle", "left", "foot") + link("foot", Solid())
     assert robot(urdf(body, *legs, foot)).tip == "foot"

@@ -23,10 +23,10 @@ def test_a_text_without_slips_agrees(kind):
 def test_nothing_misleading_of_a_massless_pole():
     """Without its mass the pole's balance holds whatever it does, which explains nothing."""
     slip = next(s for s in SLIPS if s.name.startswith("a uniform rod"))
-    assert not [line for line in score_slip(slip).told if "missing in acceleration" in line]
+    assert not [line for line in score_slip(slip).texts if "missing in acceleration" in line]
 
 
 @pytest.mark.parametrize("slip", [s for s in SLIPS if s.name in FEW], ids=lambda s: s.name)
 def test_a_slip_is_named(slip):
     score = score_slip(slip)
-    assert score[:3] == (True, True, True), score.told
+    assert score[:3] == (True, True, True), score.texts

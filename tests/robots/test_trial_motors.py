@@ -97,8 +97,8 @@ def test_a_torque_that_is_nowhere_is_reported_with_what_to_state():
     trial = driven(push_second, None)
     assert not trial.agrees
     assert [e.name for e in trial.diagnosis.entries if e.part == "force"] == ["force[j1]"]
-    told = "missing: the torque of j1; where there is no motor, state drive = ['j2']"
-    assert told in trial.notes
+    note = "missing: the torque of j1; where there is no motor, state drive = ['j2']"
+    assert note in trial.notes
 
 
 @pytest.mark.parametrize("holds_weights", [False, True])

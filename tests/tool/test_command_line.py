@@ -101,7 +101,7 @@ def test_a_terminal_of_unknown_width_is_no_terminal_of_no_width(crosscheck, monk
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "told"),
+    ("error", "code", "line"),
     [
         (OSError(errno.ENOSPC, "all full"), 2, "a file cannot be written: all full"),
         (OSError(errno.EDQUOT, "quota"), 2, "a file cannot be written: quota"),
@@ -111,9 +111,9 @@ def test_a_terminal_of_unknown_width_is_no_terminal_of_no_width(crosscheck, monk
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_an_error_ends_with_its_line_and_its_code(crosscheck, monkeypatch, error, code, told):
+def test_an_error_ends_with_its_line_and_its_code(crosscheck, monkeypatch, error, code, line):
     monkeypatch.setattr(listing, "list_command", raising(error))
-    assert crosscheck("list") == (code, "", f"crosscheck: {told}\n")
+    assert crosscheck("list") == (code, "", f"crosscheck: {line}\n")
 
 
 def raising(error: BaseException) -> Callable[..., NoReturn]:
@@ -162,8 +162,8 @@ def test_the_arm_of_a_trial_is_named_after_its_model(given, arm):
 def test_options_of_a_trial_are_reported_as_they_were_given():
     assert trial_options().format_shared_options() == "paper-labelled"
     given = {"names": ("my arm",), "ask": True, "settings": ["a=1"], "quick": True, "seed": 7}
-    told = trial_options(**given, coordinates=Path("c.toml")).format_shared_options()
-    assert told == "'my arm' --set a=1 --coordinates c.toml --quick --seed 7"
+    options = trial_options(**given, coordinates=Path("c.toml")).format_shared_options()
+    assert options == "'my arm' --set a=1 --coordinates c.toml --quick --seed 7"
     assert trial_options(names=("a.fmu",)).fmu == Path("a.fmu")
     assert trial_options(names=("fmu.py:f",)).fmu is None
 

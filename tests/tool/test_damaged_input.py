@@ -221,9 +221,9 @@ def test_no_file_and_no_option_breaks_a_command(command, tmp_path, seeds):
             broken.append((number, why, given, unlucky, ending))
         else:
             shutil.rmtree(folder)
-    told = "\n".join(map(str, broken))
+    message = "\n".join(map(str, broken))
     print(f"{command}: seed {seed}, {count} inputs, {sum(code == 0 for code in codes)} accepted")
-    assert not broken, f"{len(broken)} of {count}, seed {seed}\n{told}"
+    assert not broken, f"{len(broken)} of {count}, seed {seed}\n{message}"
 
 
 def _list_read(words: str, seeds: dict[str, Path]) -> list[str]:

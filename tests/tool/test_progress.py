@@ -48,11 +48,11 @@ def test_the_time_left_is_that_of_what_was_seen_once_a_tenth_is_done(clock):
 
 def test_work_tells_every_task_as_it_begins():
     tasks = [Piece(RunKey("pd", f"model-{n}"), cost=n) for n in range(5)]
-    told = []
+    update = []
     with Workers(2) as workers:
-        results = run_tasks(workers, tasks, lambda *of: told.append(of))
+        results = run_tasks(workers, tasks, lambda *of: update.append(of))
     assert results.outcomes == {task.key: task.perform() for task in tasks}
-    names, counts, totals, left = map(list, zip(*told, strict=True))
+    names, counts, totals, left = map(list, zip(*update, strict=True))
     assert names == [f"simulating pd, model-{n}" for n in (4, 3, 2, 1, 0)]
     assert totals == [5] * 5
     assert counts == sorted(counts)
@@ -67,19 +67,19 @@ def test_what_is_done_is_said_in_words():
 
 
 def test_where_there_is_no_terminal_a_line_comes_now_and_then(clock, capsys):
-    with show_progress("cross-checking mine", quiet_s=20.0) as told:
-        told("preparing the experiments")
+    with show_progress("cross-checking mine", quiet_s=20.0) as update:
+        update("preparing the experiments")
         clock[0] += 19.0
-        told("simulating pd, exudyn:tree", 1, 9, 50.0)
+        update("simulating pd, exudyn:tree", 1, 9, 50.0)
         assert capsys.readouterr() == ("", "")
         clock[0] += 2.0
-        told("simulating pd, exudyn:tree", 3, 9, 25.4)
+        update("simulating pd, exudyn:tree", 3, 9, 25.4)
         clock[0] += 1.0
-        told("simulating pd, exudyn:bodies", 4, 9, 20.0)
+        update("simulating pd, exudyn:bodies", 4, 9, 20.0)
         clock[0] += 20.0
-        told("simulating pd, exudyn:bodies", 5, 9, 600.0)
+        update("simulating pd, exudyn:bodies", 5, 9, 600.0)
         clock[0] += 20.0
-        told("comparing")
+        update("comparing")
     assert capsys.readouterr().err.splitlines() == [
         "cross-checking mine: 3 of 9 tasks done, about 25 s left, simulating pd, exudyn:tree",
         "cross-checking mine: 5 of 9 tasks done, about 10 min left, simulating pd, exudyn:bodies",
@@ -90,8 +90,8 @@ def test_where_there_is_no_terminal_a_line_comes_now_and_then(clock, capsys):
 def test_on_a_terminal_there_is_a_bar_that_goes(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TTY_INTERACTIVE", "1")
-    with show_progress("cross-checking mine") as told:
-        told("simulating pd, exudyn:tree", 3, 9, 25.4)
+    with show_progress("cross-checking mine") as update:
+        update("simulating pd, exudyn:tree", 3, 9, 25.4)
     shown = capsys.readouterr().err
     assert re.search(r"3/9.*about 25 s left.*simulating pd, exudyn:tree", shown)
     assert shown.rstrip().endswith("\x1b[2K")

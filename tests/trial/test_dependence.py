@@ -204,12 +204,12 @@ def test_a_slip_is_named_beside_a_literal_and_where_equal_numbers_hide_it(number
     trial = trial_of(factory, arm_of(*numbers, payload=0.6))
     hidden = g is None
     assert trial.exit_code == (not hidden)
-    told = list(trial.notes) if hidden else trial.diagnosis.notes
+    notes = list(trial.notes) if hidden else trial.diagnosis.notes
     assert bool(trial.diagnosis.hidden) == hidden
-    assert all("L1 where L2 belongs?" in line for line in told)
-    assert len(told) == 1
+    assert all("L1 where L2 belongs?" in line for line in notes)
+    assert len(notes) == 1
     if hidden:
-        assert told[0].startswith("Right on this arm.")
+        assert notes[0].startswith("Right on this arm.")
     else:
         assert "gravity_m_per_s2[0] = 9.81" in trial.notes[0]
 

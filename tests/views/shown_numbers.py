@@ -1,4 +1,4 @@
-"""Numbers in a view, told by the values of the record that they show."""
+"""Numbers in a view, known by the values of the record that they show."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -17,7 +17,7 @@ NUMBER = (
 UNITS = "N m|N/m|N s|N|rad/s²|rad/s|rad s-2|rad s-1|rad|Hz|kg m²|kg|J|m/s²|m/s|m|s"
 QUANTITY = rf"({NUMBER})(?: ?(%|(?:[kmµn]?(?:{UNITS}))(?![\w/²])))?"
 PREFIXES = {"k": 1e3, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
-# Of numbers that are told from others by two digits, too.
+# Of numbers that two digits distinguish from others, too.
 MANTISSAS = [each for each in range(101, 1000) if each % 10 and (each + 5) // 10 % 10]
 ROUNDING = 1e-13  # below which numbers are other ones on another machine
 MOST_ROWS = 40  # of arrays whose rows views show; of longer ones the last

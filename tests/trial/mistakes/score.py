@@ -30,7 +30,7 @@ class Mistake(NamedTuple):
 
     source: where this kind of mistake is reported or corrected, be it of another machine. entry:
     pattern of the entries of the user's that may be blamed (bias and M of the same mistake among
-    them). term: pattern of what must be told of one of them.
+    them). term: pattern of what must be reported of one of them.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Mistake(NamedTuple):
 
 ROWS = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
 MISTAKES = [Mistake(**row) for row in ROWS["mistakes"]]
-MOST = 3  # explanations of one entry, among which the right one counts as told
+MOST = 3  # explanations of one entry, among which the right one counts
 
 
 def arm_of(kind: str) -> Arm:
@@ -82,7 +82,7 @@ def perform(tasks: Sequence[ModelTask]) -> Results:
 
 @dataclass(frozen=True)
 class Scored:
-    """A mistake and what was told of it; texts: of each entry that is not a consequence."""
+    """A mistake and what was reported of it; texts: of each entry that is not a consequence."""
 
     mistake: Mistake
     entries: tuple[str, ...]
@@ -95,7 +95,7 @@ class Scored:
 
     @property
     def verdict(self) -> str:
-        """silent: nothing is told; misleading: an entry is told something that is not so."""
+        """silent: nothing is reported; misleading: something is that is not so."""
         explained = [texts for texts in self.texts if texts]
         if not explained:
             return "silent"
@@ -113,7 +113,7 @@ def scored(mistake: Mistake) -> Scored:
 
 
 def texts_of(wrong: EntryMismatch) -> tuple[str, ...]:
-    """What is told of an entry, likeliest first."""
+    """What is reported of an entry, likeliest first."""
     found = wrong.explanation
     if found is None:
         return ()

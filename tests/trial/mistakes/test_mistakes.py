@@ -1,4 +1,4 @@
-"""Reported mistakes are told in the right words, never in wrong ones; right texts are not blamed.
+"""Mistakes are reported in the right words, never in wrong ones; right texts are not blamed.
 
 A sample in the suite; all of them with CROSSCHECK_DRAWS, as ``make fuzz`` sets it.
 ``python -m benchmarks.bench_trial --all`` tries all of them.
@@ -19,7 +19,7 @@ from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
 from tests.trial.mistakes.score import MISTAKES, scored, supplied, wrong_entries
 
-ENOUGH = 0.9  # of the mistakes, told by their term
+ENOUGH = 0.9  # of the mistakes, named by their term
 SAMPLE = (
     "inertia inside the bracket",
     "sum of masses for a product",

@@ -187,11 +187,11 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     inertia = [wrong for wrong in trial.diagnosis.entries if wrong.place.part == "mass_matrix"]
     entries = {format_entry(wrong.place, trial.problem.frame.names) for wrong in inertia}
     assert entries == {"M[theta_1, theta_2]", "M[theta_2, theta_1]"}
-    told = {
+    names = {
         error.right for wrong in inertia if wrong.explanation for error in wrong.explanation.errors
     }
     assert trial.level == "links"
-    assert told == {"L2"}
+    assert names == {"L2"}
 
 
 def test_a_robot_takes_a_unit(crosscheck, tmp_path):

@@ -48,7 +48,7 @@ GEARED = ("geared_lumped", "geared_free")
 LUMPED = Coordinates("lumped")
 
 
-def told(trial: Trial) -> dict:
+def summarize(trial: Trial) -> dict:
     """All that its JSON says but for where and when it was made, and of the functions' source."""
     found = json.loads(format_trial_json(trial))
     for entry in found["wrong"]:
@@ -81,7 +81,7 @@ def test_judged_as_the_functions_are(example, tmp_path):
     engines = {finding.right for finding in by_table.agreement.findings}
     assert rigid or {"pinocchio:gears", "exudyn:tree"} <= engines
     if rigid:
-        assert told(by_table) == told(run_trial(table.make_request("yours", own)))
+        assert summarize(by_table) == summarize(run_trial(table.make_request("yours", own)))
 
 
 @pytest.mark.slow
@@ -94,9 +94,9 @@ def test_errors_are_reported_in_the_words_that_functions_get(tmp_path):
     arm = load_arm("paper-labelled")
     own, table = load_equations(f"{file}:two_link", arm, None), TableTrial(arm, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
-    direct = told(run_trial(table.make_request("yours", own)))
+    direct = summarize(run_trial(table.make_request("yours", own)))
     assert direct["wrong"]
-    assert told(judge_table(table, answers)) == direct
+    assert summarize(judge_table(table, answers)) == direct
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -166,19 +166,19 @@ CALLED = """\
 @pytest.mark.usefixtures("few_states")
 def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    told = "paper-labelled", "--quick"
-    assert crosscheck("trial", "--ask", *told, "--out", "ask").code == 0
+    options = "paper-labelled", "--quick"
+    assert crosscheck("trial", "--ask", *options, "--out", "ask").code == 0
     first = answered_by_c(crosscheck, "paper-labelled", "ask", "states")
     again = "--after", first, "--out", "ask-2"
-    assert crosscheck("trial", "--ask", *told, *again).code == 0
+    assert crosscheck("trial", "--ask", *options, *again).code == 0
     more = [
         answered_by_c(crosscheck, f"ask-2/probe-{k}.toml", "ask-2", f"probe-{k}-states")
         for k in (1, 2)
     ]
     files = [word for file in (first, *more) for word in ("--answers", file)]
     reason = "is missing; no file has answers to the states of probe 2 of paper-labelled"
-    assert_one_line(crosscheck("trial", *told, *files[:-2]), "--answers: M of rows ", reason)
-    answer = crosscheck("trial", *told, *files, "--json", "trial.json")
+    assert_one_line(crosscheck("trial", *options, *files[:-2]), "--answers: M of rows ", reason)
+    answer = crosscheck("trial", *options, *files, "--json", "trial.json")
     assert (answer.code, answer.err.count("Traceback")) == (0, 0)
     assert answer.out.startswith(f"{first} on paper-labelled agrees with coupled")
     assert "also on 2 other arms, to catch errors" in answer.out

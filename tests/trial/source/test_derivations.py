@@ -72,7 +72,8 @@ def compare(edited, node, text):
 lines = Counter()
 kept = len(VARIED[: VARIED.index("tip.v2pt")].splitlines())
 edits = [*list_edits(search.tree, 2, lambda node: True)]
-for edit, edited in compiler.compile_each([*edits[::5], *(e for e in edits if e.node.lineno == kept)]):
+few = [*edits[::5], *(each for each in edits if each.node.lineno == kept)]
+for edit, edited in compiler.compile_each(few):
     if edited and edited.shared is not None:
         edited.bind_shared(key)  # an edit of a later line is chosen
     elif edited and edited.varied and lines[edit.node.lineno] < 4:
