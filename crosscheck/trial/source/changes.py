@@ -86,8 +86,10 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
 
 
 def list_unused_exchanges(site: Site) -> Texts:
-    """What has a name that nothing reads, for a name or an element of its kind."""
-    if (site.is_leaf or isinstance(site.parent, LEAF)) and isinstance(site.node, LEAF):
+    """What has a name that nothing reads, for a name, an element or a formula of its kind."""
+    is_formula = isinstance(site.node, ast.BinOp) and site.is_value
+    is_leaf = isinstance(site.node, LEAF) and (site.is_leaf or isinstance(site.parent, LEAF))
+    if is_leaf or is_formula:
         for other, kind in site.scope.list_leaves():
             if other.partition("[")[0] in site.scope.unused and site.can_be(kind):
                 yield other

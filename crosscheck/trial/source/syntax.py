@@ -6,7 +6,7 @@ import ast
 import copy
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from inspect import CO_OPTIMIZED
@@ -105,7 +105,7 @@ class SourceTree:
         self.scopes: dict[int, Scope] = {}
         self.statements: dict[int, int] = {}
         self.lines = set[int]()
-        top = Scope(ast.Module([], []), None)
+        top = Scope(ast.Module([*code.statements], []), None)
         self.functions: dict[str, Scope] = {}
         for number, statement in enumerate(code.statements):
             self.scopes[id(statement)], self.statements[id(statement)] = top, number
@@ -246,6 +246,8 @@ class SourceTree:
             name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
             if name in ("cos", "sin", "cross", "sqrt") and node.args:
                 return self.kind(node.args[0])
+            if name == "array" and node.args and isinstance(node.args[0], ast.List):
+                return _find_display_kind(node.args[0])
             function = self.functions.get(name)
             return function.result if function else None
         return None
@@ -327,7 +329,11 @@ class SourceTree:
             # Frames of comprehensions and of classes are not the function's.
             if not is_inner and not is_class:
                 scope.result = scope.result or find_kind(result)
-                unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
+                # Of a file's names, which are many, those that have been forgotten.
+                values = dict(frame.f_locals) if name != "<module>" else {}
+                names = frame.f_globals
+                values |= {each: names[each] for each in scope.unused if each in names}
+                unwritten = [*elsewhere, *_list_unwritten(values, indices[id(scope)])]
                 _record_values(scope, frame, unwritten)
 
         lines = [list_run_lines(self.code.file, run, record) for run in runs]
@@ -441,14 +447,12 @@ def _try_kind(code: CodeType, frame: FrameType, values: dict[str, Any]) -> Kind 
         return None
 
 
-def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
-    """Elements and attributes of a function's objects, in its own notation of indices.
+def _list_unwritten(values_by_name: Mapping[str, Any], indices: set[str]) -> Iterator[str]:
+    """Elements and attributes of objects by their names, in a function's notation of indices.
 
     Also by a whole number that has a name there: the only element by it may be what was lost.
     """
-    if frame.f_code.co_name == "<module>":
-        return
-    values = list(frame.f_locals.items())
+    values = list(values_by_name.items())
     names = [name for name, value in values if find_kind(value) == INDEX]
     for name, value in values:
         is_list = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim)
@@ -471,6 +475,14 @@ def _list_attributes(value: Any) -> list[str]:
 
 def _is_datum(value: Any) -> bool:
     return isinstance(value, int | float | list | tuple | np.ndarray)
+
+
+def _find_display_kind(node: ast.List) -> Kind | None:
+    """The kind of an array whose elements, or rows, are written out."""
+    rows = [each for each in node.elts if isinstance(each, ast.List)]
+    if len({len(row.elts) for row in rows}) == 1 and len(rows) == len(node.elts):
+        return ("array", len(rows), len(rows[0].elts))
+    return None if rows or not node.elts else ("array", len(node.elts))
 
 
 def find_product_kind(left: Kind, right: Kind) -> Kind:
