@@ -168,16 +168,11 @@ class EditSearch:
     def _list_right(self) -> list[MendingEdit]:
         """The edits that make all right, at any level, the likeliest first.
 
-        Of a rank those in the least words: on unequal numbers they all say the same.
+        Of a rank those in the least words: more of them mend by chance, or say the same.
         """
-        is_unequal = self.judge.is_unequal
 
         def rate(each: MendingEdit) -> tuple[int, int, int]:
-            return (
-                each.edit.rank,
-                self._count_new_names(each.edit) if is_unequal else 0,
-                each.edit.likelihood[1],
-            )
+            return each.edit.rank, self._count_new_names(each.edit), each.edit.likelihood[1]
 
         return sorted((each for each in self.mending if not each.wrong), key=rate)
 
