@@ -77,9 +77,9 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
     is_object = is_object and site.name == "value"
     if not site.is_leaf and not is_object:
         return
-    text, opposed = site.text, _write_opposed(site)
+    text, opposed = site.text, _list_opposed(site)
     for other, kind in site.scope.list_leaves(written=written):
-        is_other = other not in (text, opposed) and site.can_be(kind)
+        is_other = other not in (text, *opposed) and site.can_be(kind)
         is_other = is_other and (other.isidentifier() or not is_object)
         if is_other and near == (_is_near(text, other, kind) and site.scope.are_alike(text, other)):
             yield other
@@ -101,15 +101,16 @@ def list_near_names(site: Site) -> list[str]:
     return [name for name in kinds if name != site.text and _is_near(site.text, name, kinds[name])]
 
 
-def _write_opposed(site: Site) -> str:
-    """The text beside which the same once more is nothing, as in a - a or a x a; '' of none."""
-    above: list[ast.expr] = []
+def _list_opposed(site: Site) -> list[str]:
+    """The texts beside which the same once more is nothing, as in a - a, a x a or a.f(a)."""
+    above, around = list[ast.expr](), site.tree.parent(site.parent) if site.parent else None
     if isinstance(site.parent, ast.BinOp) and isinstance(site.parent.op, ast.Sub):
         above = [site.parent.left, site.parent.right]
     elif isinstance(site.parent, ast.Call) and ast.unparse(site.parent.func).endswith("cross"):
         above = site.parent.args
-    others = [each for each in above if each is not site.node]
-    return ast.unparse(others[0]) if len(others) == 1 else ""
+    elif isinstance(site.parent, ast.Attribute) and isinstance(around, ast.Call):
+        above = around.args if around.func is site.parent else []
+    return [ast.unparse(each) for each in above if each is not site.node]
 
 
 @cache

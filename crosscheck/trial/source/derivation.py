@@ -72,6 +72,7 @@ class Derivation:
     ) -> None:
         self.tree, self.answer_key, self.seconds = tree, answer_key, seconds
         self.is_intact = is_intact
+        self.families = list[frozenset[Any]]()
         self.places = self._find_places(compile_tree)
 
     def find_place(self, node: ast.AST) -> VariedPlace | None:
@@ -164,7 +165,10 @@ class Derivation:
         groups += iter(lambda: list(islice(remaining, MOST_TOGETHER)), [])
         for group in groups:
             edits = sum(len(differences[place]) for place in group)
-            self._derive({place: larger[place] for place in group}, run, edits)
+            if len(group) == 1 or not self._derive({each: larger[each] for each in group}, run):
+                for place in group:
+                    place.is_alone = True
+                    self._derive_alone(place, larger[place], run, edits // len(group))
         return {
             number: self._choose(place, difference, gaps)
             if place.answer is not None and place.extent.includes(extents[number])
@@ -173,19 +177,52 @@ class Derivation:
             for number, difference in by_edit.items()
         }
 
-    def _derive(self, extents: Mapping[VariedPlace, Extent], run: Run, edits: int) -> None:
-        """Derive the equations with variations at places: together, or else one by one.
+    def _derive_alone(self, place: VariedPlace, extent: Extent, run: Run, edits: int) -> None:
+        """Derive the equations with one place varied, as far as that is possible.
 
         edits: how many would be derived one by one.
+        """
+        longest_s = min(LONGEST_S, edits * self.seconds / 2)
+        for each in self._list_extents(place, extent):
+            if self._derive({place: each}, run, longest_s):
+                return
+            place.can_grow &= each.elements == place.extent.elements
+        place.has_failed = place.answer is None
+
+    def _list_extents(self, place: VariedPlace, extent: Extent) -> Iterator[Extent]:
+        """Extents of variations to be tried in turn, from all elements and variables on.
+
+        Kane's method takes velocities that are linear in the rates, which are known to be so where
+        each rate has a variation of its own.
+        """
+        yield extent
+        if place.answer is None:
+            if extent.elements != place.extent.elements:
+                yield place.extent
+            if not place.extent.variables <= place.dependencies:
+                yield place.extent._replace(variables=place.extent.variables & place.dependencies)
+            for family in self.families:
+                rates = frozenset(each for each in family if not each.is_Symbol)
+                if rates & place.dependencies:
+                    yield place.extent._replace(rates=rates)
+
+    def _derive(
+        self, extents: Mapping[VariedPlace, Extent], run: Run, longest_s: float = 0.0
+    ) -> bool:
+        """Derive the equations with variations at places, and whether that is possible.
+
+        longest_s: processor time [s] that it may take, if not longer in any case.
         """
         from crosscheck.trial.source.variations import Variation
 
         places = {id(place.node): place for place in extents}
         numbers = {
-            place: {each: next(_numbers) for each in extent.elements}
+            place: {each: next(_numbers) for each in extent.list_variations()}
             for place, extent in extents.items()
         }
-        ordered = {place: sorted(each.variables, key=str) for place, each in extents.items()}
+        ordered = {
+            place: sorted(each.variables - each.rates, key=str) for place, each in extents.items()
+        }
         evaluations = dict.fromkeys(places, 0)
 
         def hook(key: int, evaluate: Thunk) -> Any:
@@ -194,58 +231,34 @@ class Derivation:
                 return value
             place, number = places[key], evaluations[key]
             evaluations[key] += 1
-            variations = {
-                element: Variation.begin(variation, ordered[place])
-                for (at, element), variation in numbers[place].items()
-                if at == number
-            }
+            variations = dict[Element, Any]()
+            for (at, element, rate), variation in numbers[place].items():
+                if at == number:
+                    begun = Variation.begin(variation, ordered[place])
+                    variations[element] = variations.get(element, 0) + begun * rate
             return add(value, variations)
 
-        limit_s = max(LEAST_S, self.seconds * (LONGER + len(extents)))
-        if len(extents) == 1:
-            limit_s = max(limit_s, min(LONGEST_S, edits * self.seconds / 2))
+        limit_s = max(LEAST_S, self.seconds * (LONGER + len(extents)), longest_s)
         try:
             with limit_processor_time(limit_s):
                 answer = run(self.answer_key, hook)
                 is_intact = self.is_intact(self._set({}, answer))
         except BaseException:  # whatever the code raises
-            is_intact = False
-        if not is_intact:
-            self._derive_singly(extents, run, edits)
-        else:
+            return False
+        if is_intact:
             for place, extent in extents.items():
                 place.answer, place.extent, place.numbers = answer, extent, numbers[place]
                 place.answers = {}
-
-    def _derive_singly(self, extents: Mapping[VariedPlace, Extent], run: Run, edits: int) -> None:
-        """Derive the equations with each of some places varied, one as far as that is possible.
-
-        That is with its own elements if not with more; then with its own variables.
-        """
-        if len(extents) > 1:
-            for place, extent in extents.items():
-                place.is_alone = True
-                self._derive({place: extent}, run, edits // len(extents))
-            return
-        ((place, extent),) = extents.items()
-        restricted = extent.variables & place.dependencies
-        if extent.elements != place.extent.elements:
-            place.can_grow = False
-            if place.answer is None:
-                self._derive({place: place.extent}, run, edits)
-        elif restricted != extent.variables:
-            place.extent = extent._replace(variables=restricted)
-            self._derive({place: place.extent}, run, edits)
-        else:
-            place.has_failed = True
+        return is_intact
 
     def _choose(
         self, place: VariedPlace, difference: Difference, gaps: Sequence[Any]
-    ) -> ChosenAnswer:
-        """The answers with a difference at a place, of numbers for its gaps."""
-        whole = place.answer
-        assert whole is not None  # as the caller has seen
-        chosen = {place.numbers[at]: each for at, each in difference.items()}
+    ) -> ChosenAnswer | None:
+        """The answers with a difference at a place, of numbers for its gaps; None of no such."""
+        whole, divided = place.answer, place.extent.divide(difference)
+        if whole is None or divided is None:
+            return None
+        chosen = {place.numbers[at]: each for at, each in divided.items()}
 
         def choose(values: Sequence[float]) -> Answer:
             given = dict(zip(gaps, values, strict=True)) if gaps else {}
@@ -309,7 +322,7 @@ class Derivation:
                 self.tree.put(node, node)
         with _observe_derivatives() as differentiated:
             run(self.answer_key, hook)
-        families = [*self._list_families()]
+        self.families = [*dict.fromkeys(self._list_families())]
         # Of symbols that stand alone those that a function is given, but not to differentiate by.
         varied |= {
             key
@@ -323,7 +336,7 @@ class Derivation:
             _, *around = self._list_around(nodes[key])
             if key in free and free.isdisjoint(map(id, around)):
                 dependencies = frozenset(direct | parameters)
-                alike = dependencies.union(*(e for e in families if not e.isdisjoint(direct)))
+                alike = dependencies.union(*(e for e in self.families if not e.isdisjoint(direct)))
                 # An axis of another frame brings its angle into a rate.
                 angles = {each.expr for each in alike if each.is_Derivative}
                 extent = Extent(frozenset(listed[key]), alike | angles)

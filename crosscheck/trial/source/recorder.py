@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -18,20 +18,44 @@ from crosscheck.trial.source.differences import (
 from crosscheck.trial.source.edit import NONE
 from crosscheck.trial.source.hooks import Thunk
 
+Variation = tuple[int, Element, Any]  # of an evaluation's element, by a rate, or whole by 1
+
 
 class Enough(BaseException):
     """What ends a run after the last evaluation that counts."""
 
 
 class Extent(NamedTuple):
-    """What differences consist of: their elements, and what these depend on."""
+    """What differences consist of: their elements, and what these depend on.
+
+    rates: of the latter, those in which differences are linear; none if they need not be.
+    """
 
     elements: frozenset[tuple[int, Element]]
     variables: frozenset[Any]
+    rates: frozenset[Any] = frozenset()
 
     def includes(self, other: Extent) -> bool:
         """Whether differences of another extent are differences of this one."""
         return self.elements >= other.elements and self.variables >= other.variables
+
+    def list_variations(self) -> Iterator[Variation]:
+        """The variations that make a difference together: of each element, or by each rate."""
+        for at, element in self.elements:
+            yield from ((at, element, rate) for rate in self.rates or (1,))
+
+    def divide(self, difference: Difference) -> dict[Variation, Any] | None:
+        """The variations that a difference consists of; None if it is not linear in the rates."""
+        if not self.rates:
+            return {(*at, 1): each for at, each in difference.items()}
+        divided = dict[Variation, Any]()
+        for at, each in difference.items():
+            slopes = {rate: each.diff(rate) for rate in self.rates}
+            rest = each - sum(slope * rate for rate, slope in slopes.items())
+            if rest.expand() != 0 or any(slope.has(*self.rates) for slope in slopes.values()):
+                return None
+            divided |= {(*at, rate): slope for rate, slope in slopes.items() if slope != 0}
+        return divided
 
 
 @dataclass(eq=False)
@@ -50,7 +74,7 @@ class VariedPlace:
     dependencies: frozenset[Any]
     is_number: bool
     extent: Extent
-    numbers: Mapping[tuple[int, Element], int] = field(default_factory=dict)
+    numbers: Mapping[Variation, int] = field(default_factory=dict)
     answer: Answer | None = None
     has_failed: bool = False
     can_grow: bool = True
