@@ -91,9 +91,9 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     rotors = {robot.joints[rotor.joint].name for rotor in robot.rotors}
     named = "every joint" if len(joints) == len(rotors) else join_words(joints)
     yield (
-        f"These costs assume link parameters from CAD. Links identified with an armature model"
-        f" absorb the coupling of {named} already, since the stator is taken to be on the link"
-        " before the joint, with its axis along the joint's; they may be physically impossible."
+        f"These costs assume link parameters from CAD. At {named} the stator is taken to be on the"
+        " link before the joint, with its axis along the joint's. There, links identified with an"
+        " armature model absorb this coupling already, and may be physically impossible."
     )
 
 
