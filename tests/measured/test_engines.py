@@ -72,9 +72,9 @@ def test_engines_that_disagree_judge_nothing(record, labelled, monkeypatch, wron
     harm(monkeypatch, owner, change)
     comparison = ask(record, labelled)
     assert (comparison.engines_agree, comparison.sides) == (False, ())
-    name, _, text = "\n".join(describe_comparison(comparison)).partition(": ")
+    name, _, answer = "\n".join(describe_comparison(comparison)).partition(": ")
     assert name == "Arm paper-labelled"
-    lines = text.split("\n")
+    lines = answer.split("\n")
     assert lines[0].startswith("The engines d")
     assert lines[0].endswith("Nothing is said about the recording.")
     assert any(text in line for line in lines[: lines.index("")])

@@ -48,11 +48,11 @@ def test_the_time_left_is_that_of_what_was_seen_once_a_tenth_is_done(clock):
 
 def test_work_tells_every_task_as_it_begins():
     tasks = [Piece(RunKey("pd", f"model-{n}"), cost=n) for n in range(5)]
-    update = []
+    updates = []
     with Workers(2) as workers:
-        results = run_tasks(workers, tasks, lambda *of: update.append(of))
+        results = run_tasks(workers, tasks, lambda *of: updates.append(of))
     assert results.outcomes == {task.key: task.perform() for task in tasks}
-    names, counts, totals, left = map(list, zip(*update, strict=True))
+    names, counts, totals, left = map(list, zip(*updates, strict=True))
     assert names == [f"simulating pd, model-{n}" for n in (4, 3, 2, 1, 0)]
     assert totals == [5] * 5
     assert counts == sorted(counts)
