@@ -83,8 +83,9 @@ def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
         if (values := problem.find_right(level, part)) is not None:
             right[part] = values
     allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in right}
-    given = problem.bound.given
-    if INVERSE in given and given & {"mass_matrix", "bias"} and {"mass_matrix", "bias"} <= {*right}:
+    motion = {"mass_matrix", "bias"}
+    is_asked = problem.equations.inverse_dynamics is not None and motion <= {*right}
+    if is_asked and problem.bound.given & motion:
         rates = np.array([state.u for state in problem.states])
         right[INVERSE] = multiply(right["mass_matrix"], rates) + right["bias"]
         largest = sizes.bias + sizes.mass @ np.abs(rates).max(axis=0)
