@@ -22,6 +22,7 @@ from crosscheck.trial.judge.entries import (
     EntryMismatch,
     EntryPlace,
     Explanation,
+    LevelDistance,
     NaturalSizes,
     Term,
     TermError,
@@ -29,6 +30,7 @@ from crosscheck.trial.judge.entries import (
     find_wrong_entries,
     format_entry,
     list_entries,
+    sort_distances,
 )
 from crosscheck.trial.result import describe_wrong
 from crosscheck.trial.robots.forms import describe_angle_sum
@@ -187,6 +189,14 @@ def test_edited_equations_have_the_tolerances_of_the_trial():
     )
     allowed = answer_keys._ask_reference(problem, "links").allowed["bias"]
     assert allowed == pytest.approx((1e-10 + 1000 * EPS * 40) * SIZES.bias, rel=1e-12)
+
+
+@pytest.mark.parametrize(("part", "nearest"), [("gravity", "carriers"), ("mass_matrix", "links")])
+def test_a_part_that_has_a_motors_mass_shows_that_the_other_lacks_it(part, nearest):
+    """M is wrong beside links; beside carriers it is part."""
+    links = LevelDistance("links", 1, 0.5, 0.1, frozenset({"mass_matrix"}))
+    carriers = LevelDistance("carriers", 1, 0.9, 0.2, frozenset({part}))
+    assert sort_distances([links, carriers])[0].level == nearest
 
 
 def test_entries_beyond_their_tolerance_come_largest_first():

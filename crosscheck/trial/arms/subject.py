@@ -165,10 +165,11 @@ class ArmSubject(TrialSubject):
                 (place.part, place.rates, frozenset((place.row, place.column)))
                 for place in (each.place for each in compared.wrong_entries)
             }
+            wrong = {part for part, *_ in places}
             right, errors = compared.reference_values, []
             for part, values in compared.user_values.items():
                 errors.append(deviations(values, right[part], sizes.entry_sizes(part)))
-            distances.append(measure_distance(level, len(places), errors))
+            distances.append(measure_distance(level, len(places), errors, wrong))
         distances = sort_distances(distances)
         if not (problem.equations.any_arm and distances[0].entries and distances[1:]):
             return distances

@@ -326,30 +326,43 @@ def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
 class LevelDistance:
     """A level beside the equations: how many entries differ, their largest and mean deviation.
 
-    Deviations are relative to the sizes of entries.
+    Deviations are relative to the sizes of entries. wrong: the parts in which any entry differs.
     """
 
     level: Any
     entries: int
     largest: float
     mean: float
+    wrong: frozenset[str] = frozenset()
 
 
-def measure_distance(level: str, count: int, errors: Iterable[np.ndarray]) -> LevelDistance:
-    """The distance of a level from which so many entries differ; errors: of all entries."""
+def measure_distance(
+    level: str, count: int, errors: Iterable[np.ndarray], wrong: Iterable[str]
+) -> LevelDistance:
+    """The distance of a level from which so many entries differ, in wrong parts.
+
+    errors: of all entries.
+    """
     shares = np.concatenate([each.ravel() for each in errors] or [np.zeros(1)])
-    return LevelDistance(level, count, float(shares.max()), float(shares.mean()))
+    return LevelDistance(level, count, float(shares.max()), float(shares.mean()), frozenset(wrong))
 
 
 def sort_distances(distances: Iterable[LevelDistance], stated: str = "") -> list[LevelDistance]:
-    """The levels, the stated one first, then that of the fewest entries.
+    """The levels, of which richer ones come later: the stated first, then that of fewest entries.
 
     Of as many the one with the least mean; of several that agree the first. One large error must
-    not choose a level from which right entries differ.
+    not choose a level from which right entries differ. But a mass that some part has, and another
+    one lacks, was left out of the latter: nobody adds one by mistake.
     """
-    return sorted(
-        distances, key=lambda d: (d.level != stated, d.entries, d.mean if d.entries else 0.0)
+    listed = list(distances)
+    nearest, *others = sorted(
+        listed, key=lambda d: (d.level != stated, d.entries, d.mean if d.entries else 0.0)
     )
+    for each in others if nearest.level != stated else ():
+        is_richer = listed.index(each) > listed.index(nearest)
+        if is_richer and each.entries == nearest.entries and nearest.wrong - each.wrong:
+            return [each, nearest, *(other for other in others if other is not each)]
+    return [nearest, *others]
 
 
 def format_entry(place: EntryPlace, names: Sequence[str]) -> str:

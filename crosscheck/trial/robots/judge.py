@@ -266,8 +266,10 @@ class RobotProblem:
         for level in self.sizes if self.parts else ():
             errors = self.relative_errors(level).values()
             largest = (np.abs(each).max(axis=0) for each in errors)
-            distances.append(measure_distance(level, len(self.entries(level)), largest))
-        return sort_distances(distances, self.stated)
+            entries = self.entries(level)
+            wrong = {entry.part for entry in entries}
+            distances.append(measure_distance(level, len(entries), largest, wrong))
+        return sort_distances(distances, self.stated) if distances else []
 
     def judge_engines(self, answers: checks.AnswerSet, level: Any) -> Iterator[Finding]:
         """Every part compared with every engine; one that raises fails there."""
