@@ -54,6 +54,7 @@ Jobs = Annotated[int | None, Option(min=1, max=1000, help="Worker processes (def
 JUnit = Annotated[File, Option("--junit", help="JUnit XML file to write.")]
 OpenPage = Annotated[bool, Option("--open", help="Show the page in the browser.")]
 STANDARD_OUTPUT = Path("/dev/stdout")
+REPORT = Path("report")  # folder of pages
 
 
 def _resolve_json(context: typer.Context, path: Path | None) -> Path | None:
@@ -88,6 +89,17 @@ def _print_version(show_version: bool) -> None:
         raise typer.Exit
 
 
+def _choose_folder(out: Path | None, open_page: bool) -> Path | None:
+    """The folder of a page: as it is stated, else the usual one for a page to be shown."""
+    return REPORT if out is None and open_page else out
+
+
+def _show_page(page: Path, open_page: bool) -> None:
+    """Show a page in the browser, if that is asked for and it was written."""
+    if open_page and page.exists():
+        webbrowser.open(page.resolve().as_uri())
+
+
 @app.callback()
 def _options(
     version: Annotated[
@@ -100,7 +112,7 @@ def _options(
 @app.command()
 def run(
     arm: MechanismName = "paper-labelled",
-    out: Annotated[Path, Option(help="Folder of the report.")] = Path("report"),
+    out: Annotated[Path, Option(help="Folder of the report.")] = REPORT,
     open_page: OpenPage = False,
     scenario: Scenarios = None,
     settings: Settings = None,
@@ -116,8 +128,7 @@ def run(
 
         chosen = make_request(arm, scenario, settings, quick, seed)
     code = run_command(chosen, out, jobs or os.cpu_count() or 1)
-    if open_page:
-        webbrowser.open((out / "index.html").resolve().as_uri())
+    _show_page(out / "index.html", open_page)
     raise typer.Exit(code)
 
 
@@ -240,6 +251,7 @@ def trial(
     out: Annotated[
         File, Option(help="Folder of the page, trial.html, or of the files of --ask.")
     ] = None,
+    open_page: OpenPage = False,
     ask: Annotated[
         bool, Option("--ask", help="Write the states at which any tool can answer.")
     ] = False,
@@ -270,14 +282,16 @@ def trial(
         jobs=jobs or os.cpu_count() or 1,
         json_file=json_file,
         junit=junit,
-        out=out,
+        out=_choose_folder(out, open_page and not ask),
         ask=ask,
         answers=tuple(answers or ()),
         after=tuple(after or ()),
         coordinates=coordinates,
         run_code=run_code,
     )
-    raise typer.Exit(trial_command(options))
+    code = trial_command(options)
+    _show_page((options.out or REPORT) / "trial.html", open_page)
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -307,12 +321,16 @@ def compare(
     ] = None,
     json_file: JsonFile = None,
     out: Annotated[File, Option(help="Folder of the page, compare.html.")] = None,
+    open_page: OpenPage = False,
 ) -> None:
     """Compare a recorded motion with the rigid models of an arm or a robot."""
     from crosscheck.cli.compare import compare_command
 
     given = scenario, settings or [], tolerance or [], topic, joint or []
-    raise typer.Exit(compare_command(record, arm, *given, json_file, out))
+    folder = _choose_folder(out, open_page)
+    code = compare_command(record, arm, *given, json_file, folder)
+    _show_page((folder or REPORT) / "compare.html", open_page)
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -334,12 +352,16 @@ def cost(
     quick: Annotated[bool, Option("--quick", help="Fewer states, instants and runs.")] = False,
     json_file: JsonFile = None,
     out: Annotated[File, Option(help="Folder of the page, cost.html.")] = None,
+    open_page: OpenPage = False,
 ) -> None:
     """Show the errors in torque and at the tip if rotors or their coupling are left out."""
     from crosscheck.cli.cost import cost_command
 
     rotors = ratio, rotor_inertia
-    raise typer.Exit(cost_command(robot, motion, rotors, seed, quick, json_file, out))
+    folder = _choose_folder(out, open_page)
+    code = cost_command(robot, motion, rotors, seed, quick, json_file, folder)
+    _show_page((folder or REPORT) / "cost.html", open_page)
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -397,8 +419,7 @@ def view(
     from crosscheck.cli.view import view_command
 
     page = view_command(file, out)
-    if open_page:
-        webbrowser.open(page.resolve().as_uri())
+    _show_page(page, open_page)
 
 
 @app.command("list")

@@ -194,9 +194,9 @@ def test_edited_equations_have_the_tolerances_of_the_trial():
 @pytest.mark.parametrize(("part", "nearest"), [("gravity", "carriers"), ("mass_matrix", "links")])
 def test_a_part_that_has_a_motors_mass_shows_that_the_other_lacks_it(part, nearest):
     """M is wrong beside links; beside carriers it is part."""
-    links = LevelDistance("links", 1, 0.5, 0.1, frozenset({"mass_matrix"}))
-    carriers = LevelDistance("carriers", 1, 0.9, 0.2, frozenset({part}))
-    assert sort_distances([links, carriers])[0].level == nearest
+    links, carriers = LevelDistance("links", 1, 0.5, 0.1), LevelDistance("carriers", 1, 0.9, 0.2)
+    distances = {links: {"mass_matrix"}, carriers: {part}}
+    assert sort_distances(distances)[0].level == nearest
 
 
 def test_entries_beyond_their_tolerance_come_largest_first():

@@ -153,7 +153,7 @@ class ArmSubject(TrialSubject):
 
     def measure_levels(self) -> list[LevelDistance]:
         """How far the equations are from each level that has what they read, the nearest first."""
-        problem, distances = self.problem, []
+        problem, wrong = self.problem, dict[LevelDistance, set[str]]()
         if problem.gearing != "rigid":
             return []
         levels = find_distinct_levels(problem.mechanism)
@@ -165,12 +165,11 @@ class ArmSubject(TrialSubject):
                 (place.part, place.rates, frozenset((place.row, place.column)))
                 for place in (each.place for each in compared.wrong_entries)
             }
-            wrong = {part for part, *_ in places}
             right, errors = compared.reference_values, []
             for part, values in compared.user_values.items():
                 errors.append(deviations(values, right[part], sizes.entry_sizes(part)))
-            distances.append(measure_distance(level, len(places), errors, wrong))
-        distances = sort_distances(distances)
+            wrong[measure_distance(level, len(places), errors)] = {part for part, *_ in places}
+        distances = sort_distances(wrong)
         if not (problem.equations.any_arm and distances[0].entries and distances[1:]):
             return distances
         # Who reads motors' masses means a level that has them, however near another one is.

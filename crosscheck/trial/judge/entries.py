@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import zip_longest
@@ -326,33 +326,31 @@ def select_counted(wrong: Sequence[EntryMismatch]) -> Sequence[EntryMismatch]:
 class LevelDistance:
     """A level beside the equations: how many entries differ, their largest and mean deviation.
 
-    Deviations are relative to the sizes of entries. wrong: the parts in which any entry differs.
+    Deviations are relative to the sizes of entries.
     """
 
     level: Any
     entries: int
     largest: float
     mean: float
-    wrong: frozenset[str] = frozenset()
 
 
-def measure_distance(
-    level: str, count: int, errors: Iterable[np.ndarray], wrong: Iterable[str]
-) -> LevelDistance:
-    """The distance of a level from which so many entries differ, in wrong parts.
-
-    errors: of all entries.
-    """
+def measure_distance(level: str, count: int, errors: Iterable[np.ndarray]) -> LevelDistance:
+    """The distance of a level from which so many entries differ; errors: of all entries."""
     shares = np.concatenate([each.ravel() for each in errors] or [np.zeros(1)])
-    return LevelDistance(level, count, float(shares.max()), float(shares.mean()), frozenset(wrong))
+    return LevelDistance(level, count, float(shares.max()), float(shares.mean()))
 
 
-def sort_distances(distances: Iterable[LevelDistance], stated: str = "") -> list[LevelDistance]:
+def sort_distances(
+    distances: Mapping[LevelDistance, set[str]], stated: str = ""
+) -> list[LevelDistance]:
     """The levels, of which richer ones come later: the stated first, then that of fewest entries.
 
     Of as many the one with the least mean; of several that agree the first. One large error must
     not choose a level from which right entries differ. But a mass that some part has, and another
     one lacks, was left out of the latter: nobody adds one by mistake.
+
+    distances: with the parts in which any entry differs.
     """
     listed = list(distances)
     nearest, *others = sorted(
@@ -360,7 +358,8 @@ def sort_distances(distances: Iterable[LevelDistance], stated: str = "") -> list
     )
     for each in others if nearest.level != stated else ():
         is_richer = listed.index(each) > listed.index(nearest)
-        if is_richer and each.entries == nearest.entries and nearest.wrong - each.wrong:
+        is_as_near = each.entries == nearest.entries
+        if is_richer and is_as_near and distances[nearest] - distances[each]:
             return [each, nearest, *(other for other in others if other is not each)]
     return [nearest, *others]
 

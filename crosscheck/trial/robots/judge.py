@@ -262,14 +262,14 @@ class RobotProblem:
 
     def measure_levels(self) -> list[LevelDistance]:
         """How far the equations are from each level, the nearest first."""
-        distances = []
+        wrong = dict[LevelDistance, set[str]]()
         for level in self.sizes if self.parts else ():
             errors = self.relative_errors(level).values()
             largest = (np.abs(each).max(axis=0) for each in errors)
             entries = self.entries(level)
-            wrong = {entry.part for entry in entries}
-            distances.append(measure_distance(level, len(entries), largest, wrong))
-        return sort_distances(distances, self.stated) if distances else []
+            distance = measure_distance(level, len(entries), largest)
+            wrong[distance] = {entry.part for entry in entries}
+        return sort_distances(wrong, self.stated) if wrong else []
 
     def judge_engines(self, answers: checks.AnswerSet, level: Any) -> Iterator[Finding]:
         """Every part compared with every engine; one that raises fails there."""

@@ -366,24 +366,7 @@ def make():
 """
 
 
-@pytest.mark.parametrize(
-    ("right", "wrong"),
-    [
-        ("xx, xy, xz, yy, yz, zz = row", "xx, yy, zz, xy, xz, yz = row"),
-        ("max(j, i)", "j"),
-        ("[[2.1, 0.7], [0.7, 1.3]]", "[[2.1, -0.7], [-0.7, 1.3]]"),
-        ("range(j + 1)", "range(j)"),
-        (" + W @ W", ""),
-        ("H[1:3, 1:3]", "H[2, 2]"),
-        ("frames[j].p", "f.p"),
-        ("moment if i < 2 else force", "moment"),
-        (" - side.T @ base @ c[:2]", ""),
-        ("bodies.append((len(bodies) - 1, load, ends[-1]))", "pass"),
-        ("return lean", "return tilt"),
-        (" - np.array([first * q[0], other * q[1]])", ""),
-        (" + VB @ (mb * AB)", ""),
-    ],
-)
+@pytest.mark.parametrize(("right", "wrong"), EDITS["objects"])
 def test_orders_of_inertias_larger_indices_and_other_objects_are_found(tmp_path, right, wrong):
     answer = search(tmp_path, OBJECTS, (right, wrong))
     assert answer.is_whole
@@ -631,17 +614,7 @@ def make():
 """
 
 
-@pytest.mark.parametrize(
-    ("right", "wrong"),
-    [
-        ("A @ B @ C @ w", "A @ C @ B @ w"),
-        ("np.cross(u, lever) + ", ""),
-        ("[c, 2.0, s], [0.0, c, 1.0], [s, 0.3, c]", "[c, 0.0, s], [2.0, c, 0.3], [s, 1.0, c]"),
-        ("np.tril(B)", "np.triu(B)"),
-        ("[e, 0.0, d]", "[0.0, 0.0, d]"),
-        ('np.einsum("ij,j->i", A, u)', "u"),
-    ],
-)
+@pytest.mark.parametrize(("right", "wrong"), EDITS["matrices"])
 def test_edits_of_matrices_and_vectors_are_found(tmp_path, right, wrong):
     answer = search(tmp_path, MATRICES, (right, wrong))
     assert answer.is_whole
