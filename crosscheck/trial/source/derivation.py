@@ -167,11 +167,11 @@ class Derivation:
             edits = sum(len(differences[place]) for place in group)
             if len(group) == 1 or not self._derive({each: larger[each] for each in group}, run):
                 for place in group:
-                    place.is_alone = True
+                    place.is_alone |= len(group) > 1
                     self._derive_alone(place, larger[place], run, edits // len(group))
         return {
             number: self._choose(place, difference, gaps)
-            if place.answer is not None and place.extent.includes(extents[number])
+            if place.extent.includes(extents[number])
             else None
             for place, by_edit in differences.items()
             for number, difference in by_edit.items()
