@@ -273,6 +273,7 @@ def trial(
     """Check your own equations of an arm or a robot: which entry is wrong, and why."""
     from crosscheck.cli.trial import TrialOptions, trial_command
 
+    open_page = open_page and not ask  # which writes no page
     options = TrialOptions(
         names=tuple(name for name in (model, arm) if name is not None),
         scenarios=scenario or [],
@@ -282,7 +283,7 @@ def trial(
         jobs=jobs or os.cpu_count() or 1,
         json_file=json_file,
         junit=junit,
-        out=_choose_folder(out, open_page and not ask),
+        out=_choose_folder(out, open_page),
         ask=ask,
         answers=tuple(answers or ()),
         after=tuple(after or ()),
